@@ -52,7 +52,7 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
     except BaseException:
         for folder in named:
             if out.exists() or folder.suffix == ".partial":  # never the earlier folder before its successor is there
-                shutil.rmtree(folder, ignore_errors=True)
+                _remove(folder)
         _remove_empty(missing)
         raise
     finally:
@@ -60,7 +60,7 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Return True for a temporary folder of `create`: its process was killed, or is still writing."""
+    """Return True for a temporary folder of `create`: its process was killed, or is still writing or removing it."""
     return bool(re.fullmatch(r"\..*-\d{1,9}-[0-9a-f]{8}\.partial", Path(os.path.realpath(folder)).name))
 
 
@@ -99,7 +99,7 @@ def _move_into_place(temporary: Path, out: Path, named: list[Path]) -> None:
                 earlier.rename(out)
             raise
         flush_folder(out.parent)
-        shutil.rmtree(earlier, ignore_errors=True)
+        _remove(earlier)
 
 
 def _remove_leftovers(out: Path) -> None:
@@ -108,7 +108,14 @@ def _remove_leftovers(out: Path) -> None:
         if purpose == "earlier" and not out.exists():
             path.rename(out)
         else:
-            shutil.rmtree(path, ignore_errors=True)
+            _remove(path)
+
+
+def _remove(folder: Path) -> None:
+    """Remove a temporary folder, under a name by which the rest is unfinished if the process is killed meanwhile."""
+    with suppress(OSError):
+        folder = folder.rename(folder.with_suffix(".partial"))
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _remove_empty(folders: list[Path]) -> None:

@@ -10,7 +10,6 @@ import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
 from scenarios.errors import OutputError
-from scenarios.files import atomic_folder
 from scenarios.files.scenario import Scenario
 from scenarios.grading import fit_errors, frame_tables
 from scenarios.grading.frame_tables import ADDED, Schema
@@ -43,8 +42,6 @@ class RecordedRun:
         OutputError
             The folder holds no run, an incomplete one, or one of a version with other settings or tables.
         """
-        if atomic_folder.is_unfinished(folder):
-            raise OutputError(f"{folder}: incomplete: the run was killed; run the scenario again")
         result = run_folder.read(folder)
         restored = {name: _restore(folder, result, name, schema) for name, schema in frame_tables.SCHEMAS.items()}
         settings = {key: value for key, value in result.config.items() if key not in NOT_IN_SCENARIO}

@@ -105,8 +105,10 @@ def read(folder: Path) -> Result:
     Raises
     ------
     OutputError
-        The folder holds no run, or a damaged one.
+        The folder holds no run, an incomplete one, or a damaged one.
     """
+    if atomic_folder.is_unfinished(folder):
+        raise OutputError(f"{folder}: incomplete: the run was killed; run the scenario again")
     try:
         document = json.loads((folder / RESULT).read_text(encoding="utf-8"))
         return Result(

@@ -1,11 +1,13 @@
 """Ctrl-C, SIGTERM and SIGHUP: temporary files are removed, and one line states what is kept."""
 
 import signal
+import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
+from typing import Any
 
 from scenarios.run.time_limit import in_main_thread
 
@@ -37,7 +39,10 @@ _handled: list[Received] = []
 
 @contextmanager
 def as_interrupts() -> Iterator[Received]:
-    """Raise a KeyboardInterrupt in the body for all of these signals that are not ignored, as `nohup` does."""
+    """Raise a KeyboardInterrupt in the body for all of these signals that are not ignored, as `nohup` does.
+
+    One that arrives in a destructor is lost without a report; `raise_lost` raises it again.
+    """
     received = Received()
 
     def interrupt(number: int, _frame: FrameType | None) -> None:
@@ -48,13 +53,26 @@ def as_interrupts() -> Iterator[Received]:
 
     used = [number for number in SIGNALS if in_main_thread() and signal.getsignal(number) is not signal.SIG_IGN]
     earlier = {number: signal.signal(number, interrupt) for number in used}
+    report_unraisable = sys.unraisablehook
+    sys.unraisablehook = _except_interrupts(report_unraisable)
     _handled.append(received)
     try:
         yield received
     finally:
         _handled.pop()
+        sys.unraisablehook = report_unraisable
         for number, handler in earlier.items():
             signal.signal(number, handler or signal.SIG_DFL)
+
+
+def _except_interrupts(report: Callable[[Any], object]) -> Callable[[Any], None]:
+    """Return a hook for errors that Python cannot raise, which reports all but interrupts."""
+
+    def hook(unraisable: Any) -> None:
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+            report(unraisable)
+
+    return hook
 
 
 def raise_lost() -> None:

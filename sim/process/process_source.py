@@ -277,17 +277,24 @@ class _Process:
         return reason, last_words + "try the same input in the simulator itself"
 
     def terminate(self) -> None:
-        """Kill the process if it is alive, and remove its scratch folder."""
+        """Kill the process if it is alive, and remove its scratch folder.
+
+        The folder is removed before, too: if this process is killed in between, neither would remove it.
+        """
+        self._remove_scratch()
         self._popen.kill()
         self._popen.wait()
-        if os.getpid() == self._owner:
-            shutil.rmtree(self._scratch, ignore_errors=True)
+        self._remove_scratch()
         self._replies.close()
         if self._popen.stdout:
             self._popen.stdout.close()
         self._stderr.close()
         with suppress(OSError):  # an unread request may remain in the buffer
             self._requests.close()
+
+    def _remove_scratch(self) -> None:
+        if os.getpid() == self._owner:
+            shutil.rmtree(self._scratch, ignore_errors=True)
 
 
 def _terminate_idle() -> None:

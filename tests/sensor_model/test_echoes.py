@@ -48,6 +48,15 @@ def decibels(power):
     return 10.0 * math.log10(power / THRESHOLD)
 
 
+def test_a_beam_across_the_foot_of_the_first_wall_is_on_the_wall():
+    """Ground and first wall have the same surface number; the wall returns more."""
+    obstacles = Obstacles.from_polygons([np.array([[10.0, 5.0], [10.0, -5.0]])], [3.0], 0.4)
+    down = small_unit(STRAIGHT, elevation_deg=(-math.degrees(math.atan(0.1)),), beam_height_deg=WIDTH_DEG)
+    sensor = SensorConfig(footprint=(2, 1))
+    beams, *scene = placed_scene(one_unit_rig(down, z=1.0), sensor, world(), obstacles)
+    assert Raycaster(beams, sensor).cast(*scene).target.tolist() == [WALL]
+
+
 def test_one_wall():
     """0.4 / 20^2 = 1e-3 is 25 times the threshold: 13.98 dB, at 3 cm each."""
     echoes = cast(stairs((20.0, 0.4)))

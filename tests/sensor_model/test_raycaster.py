@@ -237,6 +237,33 @@ def test_units_of_a_rig_equal_reference_implementation(actors, plain, mirrors):
     check_against_twin(sensor, *scene)
 
 
+def test_units_with_equal_layers_keep_their_own_range():
+    """Their rays share a table. The wall runs away from them, so that it is not beyond the shorter range as a whole."""
+    far, near = (small_unit(AHEAD, range_max_m=most) for most in (100.0, 15.0))
+    rig = Rig(
+        0.1, (Mount("far", far, 2.0, 0.8, 0.6, 0.0, 0.0, 0.0), Mount("near", near, 2.0, -0.7, 0.6, 0.0, 0.0, 0.0))
+    )
+    sensor = SensorConfig(footprint=(3, 2))
+    beams, *scene = placed_scene(rig, sensor, world(), wall((10.0, -3.0), (40.0, 3.0)))
+    echoes = Raycaster(beams, sensor).cast(*scene)
+    unit = beams.unit[echoes.beam]
+    assert echoes.range[unit == 0].max() > 15.0
+    assert 0.0 < echoes.range[unit == 1].max() <= 15.0
+
+
+def test_a_long_body_in_front_of_a_hidden_one_is_seen():
+    """The centres are 12.7, 15.9 and 16.6 m away; the lorry with the farthest one, across the road, is the nearest."""
+    van, hidden = ((12.0, 4.3, (2.0, 6.0, 3.0)), (15.0, 5.4, (2.0, 3.0, 2.5)))
+    specs = [ActorSpec(x, y, 0.0, Kind.VAN, size=size) for x, y, size in (van, hidden)]
+    specs.append(ActorSpec(8.0, 14.5, 0.0, Kind.TRUCK, size=(2.0, 25.0, 4.0)))
+    sensor = SensorConfig(footprint=(5, 3))
+    beams, *scene = placed_scene(load_rig("srx_six_lux", Path()), sensor, world(*specs), plain=True, mirrors=False)
+    decided, traced = (Raycaster(beams, sensor, refine=refine).cast(*scene) for refine in (True, False))
+    assert (decided.target == 2).any()
+    for name in ("range", "target", "unit_hits", "unit_hits_alone"):
+        np.testing.assert_array_equal(getattr(decided, name), getattr(traced, name))
+
+
 @pytest.mark.parametrize("name", ["srx_six_lux", "srx_six_lux_8l", "roof_spinning_16"])
 @pytest.mark.parametrize("index", [0, 1])
 def test_shipped_rigs_equal_reference_implementation(name, index):

@@ -23,8 +23,8 @@ from scenarios.files.scenario import Scenario
 from sim.physical.physical_config import PhysicalConfig
 from sim.process import process_source
 from sim.process.process_source import AHEAD, ProcessSource, _Process, start_early
-from sim.process.worker import Preload
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from sim.process.worker import Preload, _throttled
+from sim.source import EgoCommand, SimulatorFailedError, StartStatus, TrafficEndedError, TrafficInputError
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Obstacles, WorldFrame
 
@@ -301,6 +301,26 @@ def interrupt_when(condition):
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=wait).start()
+
+
+def test_temporary_files_are_removed_before_a_process_is_killed(monkeypatch):
+    """Otherwise, a parent that is killed right after it would leave them."""
+    process, left = _Process(), []
+    until(lambda: Path(process._scratch).exists())
+    kill = process._popen.kill
+    monkeypatch.setattr(process._popen, "kill", lambda: (left.append(Path(process._scratch).exists()), kill()))
+    process.terminate()
+    assert left == [False]
+
+
+def test_progress_is_reported_now_and_then_and_a_new_activity_at_once():
+    sent: list[StartStatus] = []
+    report = _throttled(sent.append)
+    for share in np.linspace(0.0, 1.0, 1000):
+        report(StartStatus("loads", share))
+    report(StartStatus("runs"))
+    assert [sent[0].activity, sent[-1].activity] == ["loads", "runs"]
+    assert len(sent) < 100
 
 
 def test_concurrent_runs_use_separate_processes(tmp_path):

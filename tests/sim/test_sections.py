@@ -94,6 +94,21 @@ def test_on_a_straight_track_a_tram_is_one_rigid_body():
         assert motion.velocity_world[0] == pytest.approx([SPEED, 0.0], abs=0.05)
 
 
+def test_a_tram_that_is_moved_elsewhere_is_straight_there_at_once():
+    """SUMO moves a vehicle that is stuck; the path behind it is that of the new place."""
+    layer, out = PhysicalTruth(DT, PhysicalConfig(smoothing_s=0.3), rolling=True), []
+    for k in range(200):
+        tram = Member(1, "tram", Kind.BUS, (22.0, *SIZE), 0.5, stretch=int(k >= 100))
+        pose = np.array([[SPEED * DT * k, 200.0 * (k >= 100), 0.0]])
+        layer.push(RawFrame([tram], pose, np.array([SPEED])))
+        while (settled := layer.pop()) is not None:
+            out.append(settled[1])
+    assert len(out) > 110
+    for k, motion in enumerate(out):
+        assert np.abs(motion.joint_angles).max() < 1e-9
+        assert motion.pose_world[0] == pytest.approx([SPEED * DT * k, 200.0 * (k >= 100), 0.0], abs=0.02)
+
+
 @pytest.mark.parametrize("length", [22.0, 30.0])
 def test_rates_are_the_derivatives_of_the_poses_on_the_way_into_an_arc(length):
     motions = driven(length, 25.0, 500)[60:]  # beyond the transient of its start

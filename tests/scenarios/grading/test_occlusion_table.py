@@ -20,24 +20,26 @@ HIDDEN = range(5, 15)
 TABLES = ("truth", "tracks")
 
 
-def car_behind(*others, frames=25, track_after=4):
-    """Grade a car at (20, 0) that is hidden in the frames `HIDDEN`, with other bodies in the scene."""
+def car_behind(*others, frames=25, track_after=4, x=20.0):
+    """Grade a car at (x, 0) that is hidden in the frames `HIDDEN`, with other bodies in the scene."""
     scene = [
-        [Body(0, 20.0, 0.0, visible=float(i not in HIDDEN), points=20 * (i not in HIDDEN), speed=3.0), *others]
+        [Body(0, x, 0.0, visible=float(i not in HIDDEN), points=20 * (i not in HIDDEN), speed=3.0), *others]
         for i in range(frames)
     ]
     script = [
-        [] if i in HIDDEN else [follow(scene[i][0], track_id=4 if i < HIDDEN.start else track_after, x=20.4)]
+        [] if i in HIDDEN else [follow(scene[i][0], track_id=4 if i < HIDDEN.start else track_after, x=1.02 * x)]
         for i in range(frames)
     ]
     return grade_run(scene, Scripted(script))
 
 
-def test_the_blocker_with_most_points_between_unit_and_vehicle_is_named():
-    """The points of a body lie at its centre; the car at 20 m spans about 3 degrees to either side."""
-    van, bus = Body(1, 10.0, 0.2, points=12, kind=Kind.VAN), Body(2, 12.0, -0.1, points=30, kind=Kind.BUS)
-    behind, beside = Body(3, 26.0, 0.0, points=90), Body(4, 10.0, 3.0, points=90)
-    metrics, tables, _ = car_behind(van, bus, behind, beside)
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_blocker_with_most_points_between_unit_and_vehicle_is_named(side):
+    """The points of a body lie at its centre; the car spans about 3 degrees to either side, also across +-pi behind."""
+    van = Body(1, 10.0 * side, 0.2, points=12, kind=Kind.VAN)
+    bus = Body(2, 12.0 * side, -0.1, points=30, kind=Kind.BUS)
+    behind, beside = Body(3, 26.0 * side, 0.0, points=90), Body(4, 10.0 * side, 3.0, points=90)
+    metrics, tables, _ = car_behind(van, bus, behind, beside, x=20.0 * side)
     (row,) = tables["occlusions"].to_dict("records")
     assert (row["hidden_by_id"], row["hidden_by"], row["hidden_by_kind"]) == (2, "car2", "bus")
     assert row["hidden_by_share"] == pytest.approx(30 / 42)

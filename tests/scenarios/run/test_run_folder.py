@@ -1,9 +1,11 @@
 """The run folder: atomic write, reading back, replacement and leftovers of killed runs."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import fields
 
 import pandas as pd
@@ -114,10 +116,26 @@ def test_the_next_run_removes_the_folder_of_a_killed_one(tmp_path):
         kill_a_run(tmp_path / "run")
         left = [name for name in names(tmp_path) if name != "run"]
         assert [name.endswith(".partial") for name in left] == [True]
-        with pytest.raises(OutputError, match=r"no result\.json of a run in it"):
+        with pytest.raises(OutputError, match="incomplete: the run was killed"):
             run_folder.read(tmp_path / left[0])
         write_run(tmp_path / "run")
         assert names(tmp_path) == ["run"]
+
+
+def test_a_run_that_is_being_removed_does_not_read_as_one(tmp_path, monkeypatch):
+    """The process may be killed before all files are gone, in any order."""
+    readable, remove = [], shutil.rmtree
+
+    def try_to_read(folder, **options):
+        with suppress(OutputError):
+            readable.append(run_folder.read(folder))
+        remove(folder, **options)
+
+    write_run(tmp_path / "run")
+    monkeypatch.setattr("shutil.rmtree", try_to_read)
+    write_run(tmp_path / "run")
+    assert names(tmp_path) == ["run"]
+    assert readable == []
 
 
 def test_the_next_run_removes_a_replaced_run_that_a_killed_one_left(tmp_path):

@@ -1,6 +1,7 @@
 """Signals whose KeyboardInterrupt is lost before it reaches luxloop."""
 
 import signal
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from support import short_run
 
 from scenarios.cli import main
 from scenarios.recording.recorder import NullRecorder
+from scenarios.run.termination import as_interrupts, raise_lost
 
 
 class Member(type):
@@ -44,3 +46,42 @@ def test_a_signal_that_numpy_drops_ends_the_run_at_the_next_frame(number, code, 
     assert Member.frames == 1, "the run goes on after the signal"
     assert capfd.readouterr().err.splitlines()[-1] == "luxloop: error: interrupted; nothing was written"
     assert not Path("here").exists()
+
+
+class Destroyed:
+    """Object whose destructor meets an error."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def __del__(self):
+        if self.error is KeyboardInterrupt:
+            signal.raise_signal(signal.SIGTERM)
+        raise self.error("lost")
+
+
+def test_an_interrupt_in_a_destructor_is_raised_later_without_a_report(capfd):
+    with as_interrupts():
+        Destroyed(KeyboardInterrupt)
+        with pytest.raises(KeyboardInterrupt):
+            raise_lost()
+    assert capfd.readouterr().err == ""
+
+
+def test_other_errors_in_a_destructor_are_reported(monkeypatch):
+    reported = []
+    monkeypatch.setattr("sys.unraisablehook", lambda unraisable: reported.append(unraisable.exc_type))
+    with as_interrupts():
+        Destroyed(ValueError)
+        raise_lost()
+    Destroyed(ValueError)
+    assert reported == [ValueError, ValueError]
+
+
+def test_a_signal_that_was_lost_before_an_inner_context_ends_the_run_in_it():
+    """As of a command that a test calls under the pytest plugin."""
+    with as_interrupts():
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        with as_interrupts(), pytest.raises(KeyboardInterrupt):
+            raise_lost()

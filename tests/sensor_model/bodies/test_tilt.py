@@ -27,6 +27,8 @@ from support.solid_mesh import corners
 
 from sensor_model.bodies.tilt import tilt_rotations
 from sensor_model.lidar import Lidar
+from sensor_model.noise.attitude import Attitude, AttitudeNoise
+from sensor_model.noise.random_draws import Draws
 from sensor_model.raycaster import Raycaster
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.unit import Fan
@@ -183,6 +185,32 @@ def test_raised_side_of_a_tilted_body_still_stands_on_the_road(noise):
     _, truth, _ = points_of([car], (0.0, 8.0, 9.0), 0.03, noise)
     tyres = {Part.BODY} if noise is PLAIN else {Part.WHEEL}
     assert set(truth.part[truth.actor_id == 0].tolist()) == tyres
+
+
+@pytest.mark.parametrize("attitude", [(0.1, 0.0), (-0.1, 0.0), (0.0, 0.1), (0.0, -0.1)])
+def test_all_corners_of_a_tilted_box_reach_the_road(attitude):
+    specs = world(ActorSpec(12.0, 1.0, attitude=attitude))
+    _, bodies, *_ = placed_scene(LUX_RIG, CENTRE_RAY, specs, plain=True, mirrors=False)
+    height = np.sort(corners(bodies.planes[slice(*bodies.solid_plane[:2])])[:, 2])
+    assert height[:4].max() <= 1e-9
+
+
+def test_the_noise_of_the_attitude_is_relative_to_the_attitude_of_the_ego():
+    """Rotations do not commute: in the other order the ground is up to 1.3 mm off."""
+    noise = replace(PLAIN, attitude=AttitudeNoise(True, pitch_sigma_deg=2.0, roll_sigma_deg=2.0))
+    sensor, rig, attitude = (
+        replace(CENTRE_RAY, sweep=False),
+        one_unit_rig(small_unit(FAN, (-14.0, -12.0, -11.0))),
+        (0.1, 0.3),
+    )
+    ego = replace(STILL, velocity=(10.0, 0.0), attitude=attitude)
+    level, truth = scan(noise=noise, sensor=sensor, rig=rig, ego=ego, seed=3)
+    beams = beam_table(rig)
+    along = truth.true_range[:, None].astype(float) * beams.direction_ego[beams_of(level, beams)]
+    R_body = Attitude(noise.attitude, Draws(3, beams)).at(0.0, 10.0)
+    ground = (beams.units.origin_ego[0] + along) @ (tilt_rotations(np.array([attitude]))[0] @ R_body).T
+    assert len(ground) > 20
+    assert ground[:, 2] == pytest.approx(0.0, abs=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -102,11 +102,18 @@ def test_one_to_nine_refutes():
 # --- motion
 
 
-def moved(seen, corners, size=(0.0, 0.0)):
-    """Return True if an object whose tracked corner is at each of `corners` (K, 2) [m] has left its first place."""
-    judged = Confirmation(TrackLifeConfig(vehicle_prior=0.5), place(size))
-    for corner in np.asarray(corners, dtype=float):
-        judged.check_motion(seen, Footprint(corner, 0.0, np.asarray(size, dtype=float)), corner, moving=False)
+def moved(seen, corners, size=(0.0, 0.0), heading=0.0):
+    """Return True if an object whose tracked corner is at each of `corners` (K, 2) [m] has left its first place.
+
+    The corners are in the frame of an object with this heading.
+    """
+    size, turn = (
+        np.asarray(size, dtype=float),
+        np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]]),
+    )
+    judged = Confirmation(TrackLifeConfig(vehicle_prior=0.5), Footprint(ORIGIN, heading, size))
+    for corner in np.asarray(corners, dtype=float) @ turn:
+        judged.check_motion(seen, Footprint(corner, heading, size), corner, moving=False)
     return judged.log_odds == LIFE.motion_log_odds
 
 
@@ -128,11 +135,12 @@ def test_an_end_behind_an_occluder_is_no_evidence_of_motion():
     assert not moved(view((0.1, 1.7), exact=(False, False), whole=(False, False)), [(0, 0), *[(5, 0)] * 20], (9.0, 1.7))
 
 
-def test_a_single_face_that_moves_along_itself_is_no_evidence_of_motion():
+@pytest.mark.parametrize("heading", [0.0, 0.7, -math.pi / 4, 2.5])
+def test_a_single_face_that_moves_along_itself_is_no_evidence_of_motion(heading):
     """A piece of wall between two moving occluders: the face across its direction would show its ends."""
     piece = view((4.0, 0.1), whole=(False, True), exact=(True, True))
-    assert not moved(piece, [(0.5 * k, 0) for k in range(40)], (4.0, 0.1))
-    assert moved(piece, [(0, 0.5 * k) for k in range(40)], (4.0, 0.1))
+    assert not moved(piece, [(0.5 * k, 0) for k in range(40)], (4.0, 0.1), heading)
+    assert moved(piece, [(0, 0.5 * k) for k in range(40)], (4.0, 0.1), heading)
 
 
 def test_another_end_has_its_own_first_place():
