@@ -54,13 +54,15 @@ def as_interrupts() -> Iterator[Received]:
     used = [number for number in SIGNALS if in_main_thread() and signal.getsignal(number) is not signal.SIG_IGN]
     earlier = {number: signal.signal(number, interrupt) for number in used}
     report_unraisable = sys.unraisablehook
-    sys.unraisablehook = _except_interrupts(report_unraisable)
+    if used:  # of the whole process
+        sys.unraisablehook = _except_interrupts(report_unraisable)
     _handled.append(received)
     try:
         yield received
     finally:
         _handled.pop()
-        sys.unraisablehook = report_unraisable
+        if used:
+            sys.unraisablehook = report_unraisable
         for number, handler in earlier.items():
             signal.signal(number, handler or signal.SIG_DFL)
 
