@@ -72,3 +72,16 @@ def test_an_empty_road_has_arrays_of_the_correct_shape():
     assert len(actors) == 0
     assert (actors.size.shape, actors.pose_world.shape, actors.mode.shape) == ((0, 3), (0, 3), (0,))
     assert (actors.name.dtype.kind, actors.mode.dtype, actors.changes_lane.dtype) == ("U", np.uint8, np.bool_)
+
+
+def test_an_actor_that_comes_as_another_one_leaves_has_its_own_columns():
+    """Fails if the number of actors decides whether they are the same."""
+    roster = Roster(seed=0)
+    specs = (("ego", Kind.CAR, SIZE), ("car", Kind.CAR, SIZE), ("bus", Kind.BUS, (12.0, 2.5, 3.0)))
+    ego, car, bus = (roster.add(key, kind, size, key) for key, kind, size in specs)
+    frame_builder, pose = FrameBuilder(DT, 30.0, ModeLimits()), motion([[0.0, 0, 0], [10, 0, 0]])
+    for number, other in ((1, car), (2, bus), (1, car)):
+        actors = frame_builder.frame([ego, other], pose).actors
+        assert (actors.id.tolist(), actors.name.tolist()) == ([number], [other.name])
+        assert (actors.kind.tolist(), actors.size.tolist()) == ([other.kind], [list(other.size)])
+        assert actors.reflectivity.tolist() == [other.reflectivity]

@@ -92,3 +92,11 @@ def test_a_wall_that_comes_into_view_overlaps_its_first_footprint():
     assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([20.0, 0.1])).clear_of(first) == (False, False)
     assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([4.5, 0.1])).clear_of(first) == (True, False)
     assert Footprint(np.array([2.0, 6.0]), np.pi / 2, np.array([4.5, 1.8])).clear_of(first) == (False, False)
+
+
+def test_segments_joined_by_a_shared_one_are_one_vehicle():
+    """The first box holds the last two segments, the second box the first and the last one."""
+    points = np.array([[0.0, 0.0], [10.0, 0.0], [5.0, 0.0]])
+    both = pieces((7.5, 0.0, 0.0, 7.0, 2.0), (2.5, 0.0, 0.0, 7.0, 2.0))
+    merged = merge_segments(points, Segments(label=np.array([0, 1, 2]), count=3), both, CONFIG)
+    assert (merged.count, merged.label.tolist()) == (1, [0, 0, 0])

@@ -233,3 +233,9 @@ def test_nearby_walls_are_near_or_long_and_keep_their_order():
     assert len(nearby.seen_from(pose, 50.0)) == 3, "the ego approached the others and left one"
     pose[0] = 0.0
     assert len(nearby.seen_from(pose, 50.0)) == 2, "and returned"
+
+
+def test_nearby_walls_follow_a_larger_reach_of_a_standing_ego():
+    """The reach grows with the delays of the units and the speed of the ego."""
+    nearby, pose = NearbyWalls(walls_of(walls(((60.0, 0.0), (61.0, 0.0))))), np.zeros(3)
+    assert [len(nearby.seen_from(pose, reach)) for reach in (20.0, 60.0)] == [0, 1]

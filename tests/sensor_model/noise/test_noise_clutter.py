@@ -249,3 +249,9 @@ def test_beams_without_clutter_keep_their_echoes():
     assert np.array_equal(before.target[others], after.target[kept])
     assert np.array_equal(before.range[others], after.range[kept])
     assert np.array_equal(before.width[others], after.width[kept])
+
+
+def test_clutter_beyond_all_returns_stays_in_its_beam():
+    merged = merge(returns([3, 4], [20.0, 10.0]), [of([3], [90.0])], OPEN, BEAMS)
+    assert merged.beam.tolist() == [3, 3, 4]
+    assert merged.range.tolist() == [20.0, 90.0, 10.0]

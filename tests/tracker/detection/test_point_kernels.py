@@ -1,10 +1,12 @@
 """Kernels on points and groups of points equal their references."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_points as naive
 
+from tracker.detection.kernels.bearings import even_subset
 from tracker.detection.kernels.box_points import box_points
 from tracker.detection.kernels.cells import contained
 from tracker.detection.kernels.groups import by_group, extents_along, means
@@ -106,3 +108,12 @@ def test_truncated_points_equal_the_reference(seed, known):
     found = truncated_points(np.lexsort((time, channel)), channel, time, range_m, label, limits, 2.0, 2.0)
     twin = naive.truncated_points(channel, time, range_m, label, limits, 2.0, 2.0)
     np.testing.assert_array_equal(found, twin)
+
+
+@pytest.mark.parametrize("turn", [0.0, np.pi / 2, np.pi, -np.pi / 2])
+def test_even_subset_does_not_depend_on_the_direction_of_the_segment(turn):
+    """Ten points from right to left, also behind the ego, where bearings jump from pi to -pi."""
+    x, y, cos, sin = 10.0, np.arange(10) - 4.5, np.cos(turn), np.sin(turn)
+    points = np.stack([cos * x - sin * y, sin * x + cos * y], 1)
+    chosen, first = even_subset(points, np.array([0, 10]), 3)
+    assert (chosen.tolist(), first.tolist()) == ([0, 3, 6], [0, 3])

@@ -126,3 +126,9 @@ def test_points_near_the_maximum_range_are_truncated():
 def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         TruncationConfig(**values)
+
+
+def test_fields_of_view_of_a_second_unit_do_not_depend_on_the_layers_with_returns():
+    """Both units have two layers, of which only the lower one has returns."""
+    limits = fields_of_view((0, 47), (-40, 47), (-40, 7), (-40, 47)).reshape(2, 2, 2)
+    assert cut([20] * 8, [0] * 8, unit=[0] * 4 + [1] * 4, limits=limits) == [0, 1, 2, 5, 6, 7]
