@@ -112,10 +112,15 @@ def _remove_leftovers(out: Path) -> None:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a temporary folder, under a name by which the rest is unfinished if the process is killed meanwhile."""
+    """Remove a temporary folder, under a name by which the rest is unfinished if the process is killed meanwhile.
+
+    A second call continues one that was interrupted.
+    """
+    unfinished = folder.with_suffix(".partial")
     with suppress(OSError):
-        folder = folder.rename(folder.with_suffix(".partial"))
-    shutil.rmtree(folder, ignore_errors=True)
+        folder.rename(unfinished)
+    for left in (unfinished, folder):
+        shutil.rmtree(left, ignore_errors=True)
 
 
 def _remove_empty(folders: list[Path]) -> None:
