@@ -356,7 +356,7 @@ def test_tracks_and_tracker_together_are_refused(capfd):
 
 @in_run_folder
 def test_a_missing_tracker_is_an_error(capfd):
-    assert "--tracker mine:Tracker: no module mine" in error_line(capfd, "run", "--tracker", "mine:Tracker")
+    assert "--tracker absent:Tracker: no module absent" in error_line(capfd, "run", "--tracker", "absent:Tracker")
 
 
 @in_run_folder

@@ -24,10 +24,12 @@ class MyTracker(Tracker):
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """A current folder of the test's own, and the Python path as before afterwards."""
+    """A current folder of the test's own, and the Python path and the imported modules as before afterwards."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
-    return tmp_path
+    yield tmp_path
+    for name in ("mine", "my_helper"):
+        sys.modules.pop(name, None)
 
 
 @pytest.mark.parametrize(
