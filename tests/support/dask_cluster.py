@@ -58,7 +58,7 @@ def worker_thread() -> Iterator[str]:
     with (
         dask.config.set(DASK_CONFIG),
         LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, memory_limit=0,
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0", memory_limit=0,
             silence_logs=logging.CRITICAL,
         ) as cluster,
     ):  # fmt: skip
