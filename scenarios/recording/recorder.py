@@ -79,7 +79,7 @@ class Recorder:
     controlled
         True for a controlled ego, which has its own plot.
     frames
-        Number of frames, as far as it is known. With more than `INDEXED_FRAMES` the file has no index.
+        Number of frames that follow. With more than `INDEXED_FRAMES` the file has no index.
     """
 
     def __init__(

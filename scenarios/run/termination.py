@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
-from typing import Any
 
 from scenarios.run.time_limit import in_main_thread
 
@@ -67,10 +66,12 @@ def as_interrupts() -> Iterator[Received]:
             signal.signal(number, handler or signal.SIG_DFL)
 
 
-def _except_interrupts(report: Callable[[Any], object]) -> Callable[[Any], None]:
+def _except_interrupts(
+    report: Callable[["sys.UnraisableHookArgs"], object],
+) -> Callable[["sys.UnraisableHookArgs"], None]:
     """Return a hook for errors that Python cannot raise, which reports all but interrupts."""
 
-    def hook(unraisable: Any) -> None:
+    def hook(unraisable: "sys.UnraisableHookArgs") -> None:
         if not issubclass(unraisable.exc_type, KeyboardInterrupt):
             report(unraisable)
 
@@ -81,7 +82,7 @@ def raise_lost() -> None:
     """Raise a KeyboardInterrupt again that was lost inside an `as_interrupts` context.
 
     Numpy drops every error of an attribute that it looks up, and with Python 3.11 the lookup on a member of an
-    enumeration is Python code, in which a signal may arrive.
+    enumeration is Python code, in which a signal may arrive. Python drops every error of a destructor.
     """
     if any(received.number for received in _handled):
         raise KeyboardInterrupt

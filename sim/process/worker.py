@@ -75,9 +75,8 @@ def serve(scratch: str) -> NoReturn:
     """
     collect_rarely()
     Path(scratch).mkdir(mode=0o700)
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # a terminal or a job scheduler signals all; the parent handles it
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    # A terminal or a job scheduler signals all processes; the parent handles it.
+    _set_action(("SIGINT", "SIGTERM", "SIGHUP"), signal.SIG_IGN)
     tempfile.tempdir = scratch
     replies = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output of the simulator must not mix with the replies
@@ -130,13 +129,13 @@ def _end(scratch: str) -> NoReturn:
 def _serve_run(start: StartRun, requests: "SimpleQueue[Any]", send: Callable[[object], None]) -> None:
     """Serve one run, from its start to `Request.CLOSE`."""
     _clear_stderr()
-    _restore_crashes()  # an earlier run may have imported pygame
     os.chdir(start.folder)
     sys.path[:] = start.path
     source: TrafficSource = pickle.loads(start.source)
     watch_start(source, _throttled(send))
     start_reply = _attempt(lambda: (source.reset(start.seed), source.origin, source.warnings, source.ego_name))
-    _restore_crashes()
+    # pygame, which highway-env imports, handles crashes: it prints a list of modules and ends by SIGABRT.
+    _set_action(("SIGSEGV", "SIGBUS", "SIGFPE"), signal.SIG_DFL)
     send(start_reply)
     frames = _frames(source)
     pending = 0 if isinstance(start_reply, Exception) else start.ahead
@@ -169,14 +168,11 @@ def _throttled(send: Callable[[object], None]) -> Callable[[StartStatus], None]:
     return report
 
 
-def _restore_crashes() -> None:
-    """End this process by the signal of a crash itself.
-
-    pygame, which highway-env imports, handles these signals: it prints a list of modules and ends by SIGABRT.
-    """
-    for name in ("SIGSEGV", "SIGBUS", "SIGFPE"):
+def _set_action(names: tuple[str, ...], action: signal.Handlers) -> None:
+    """Set the action of those of these signals that the operating system has."""
+    for name in names:
         if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_DFL)
+            signal.signal(getattr(signal, name), action)
 
 
 def _clear_stderr() -> None:

@@ -264,6 +264,43 @@ def test_a_long_body_in_front_of_a_hidden_one_is_seen():
         np.testing.assert_array_equal(getattr(decided, name), getattr(traced, name))
 
 
+def test_no_interior_is_seen_through_a_pane_in_front_of_another_pane():
+    """The lorry has the farther centre and is cast last; its cab hides the car, whose interior was seen before."""
+    fan = Fan((0,), 2.0, 1.0, 0.1, (100.0,))
+    rig, sensor = one_unit_rig(small_unit((fan,), elevation_deg=(6.0,)), z=0.9137), SensorConfig((1, 1))
+    lorry = ActorSpec(8.05, 6.61, -1.3976, Kind.TRAILER_TRUCK, size=(13.434, 2.5, 3.2))
+    car = ActorSpec(10.26, -0.021, 1.103, size=(3.6, 1.7, 2.9))
+    (beams, *scene), (_, *alone) = (placed_scene(rig, sensor, world(*specs)) for specs in ((lorry, car), (car,)))
+    check_against_twin(sensor, beams, *scene)
+    panes = []
+    for bodies, *others in (scene, alone):
+        echoes = Raycaster(beams, sensor).cast(bodies, *others)
+        panes.append(echoes.beam[(echoes.target == 0) & (bodies.plane_transmission[echoes.surface] > 0.0)])
+    assert len(np.intersect1d(*panes)), "the scene no longer has a pane in front of a pane"
+
+
+def test_body_that_moves_until_the_last_beam_of_a_late_unit_is_seen():
+    """Fails if the margin of culling is that of the first beam, 27 ms late; the last one is 53 ms late."""
+    fan, sensor = Fan((0,), 60.0, -60.0, 1.0, (100.0,)), SensorConfig((1, 1))
+    rig = one_unit_rig(small_unit((fan,), elevation_deg=(-2.0,)), phase_ms=40.0)
+    azimuth = np.radians(-30.0)
+    right = np.array([np.sin(azimuth), -np.cos(azimuth)])
+    car = ActorSpec(*(10.0 * np.array([np.cos(azimuth), np.sin(azimuth)])), azimuth - np.pi / 2, velocity=40.0 * right)
+    beams, *scene = placed_scene(rig, sensor, world(car), plain=True, mirrors=False)
+    echoes = Raycaster(beams, sensor).cast(*scene)
+    check_beams(echoes, sensor, beams, *scene, range(100, 121))
+    assert np.degrees(beams.azimuth[echoes.beam[echoes.target == 0]].min()) < -52.0
+
+
+@pytest.mark.parametrize("unit", [0, 1])
+def test_each_unit_fires_with_its_own_delay(unit):
+    rig = Rig(0.1, tuple(Mount(name, small_unit(AHEAD), 2.0, 0.8, 0.6, 0.0, 0.0, 0.0) for name in ("one", "other")))
+    sensor, late = SensorConfig(footprint=(1, 1)), 0.004 * np.eye(2)[unit]
+    beams, _, _, context = placed_scene(rig, sensor, world(), time_jitter=late)
+    delay = Raycaster(beams, sensor).firing_time(context) - beams.time_offset
+    np.testing.assert_allclose(delay, late[beams.unit], atol=1e-12)
+
+
 @pytest.mark.parametrize("name", ["srx_six_lux", "srx_six_lux_8l", "roof_spinning_16"])
 @pytest.mark.parametrize("index", [0, 1])
 def test_shipped_rigs_equal_reference_implementation(name, index):
@@ -401,40 +438,3 @@ def meshes_of(bodies, walls):
 def reference_range(beams, sensor, bodies, walls, context, b):
     echoes = naive_echoes.beam_result(beams, sensor, bodies, walls, context, b).echoes
     return echoes[0].range if echoes else np.inf
-
-
-def test_no_interior_is_seen_through_a_pane_in_front_of_another_pane():
-    """The lorry has the farther centre and is cast last; its cab hides the car, whose interior was seen before."""
-    fan = Fan((0,), 2.0, 1.0, 0.1, (100.0,))
-    rig, sensor = one_unit_rig(small_unit((fan,), elevation_deg=(6.0,)), z=0.9137), SensorConfig((1, 1))
-    lorry = ActorSpec(8.05, 6.61, -1.3976, Kind.TRAILER_TRUCK, size=(13.434, 2.5, 3.2))
-    car = ActorSpec(10.26, -0.021, 1.103, size=(3.6, 1.7, 2.9))
-    (beams, *scene), (_, *alone) = (placed_scene(rig, sensor, world(*specs)) for specs in ((lorry, car), (car,)))
-    check_against_twin(sensor, beams, *scene)
-    panes = []
-    for bodies, *others in (scene, alone):
-        echoes = Raycaster(beams, sensor).cast(bodies, *others)
-        panes.append(echoes.beam[(echoes.target == 0) & (bodies.plane_transmission[echoes.surface] > 0.0)])
-    assert len(np.intersect1d(*panes)), "the scene no longer has a pane in front of a pane"
-
-
-def test_body_that_moves_until_the_last_beam_of_a_late_unit_is_seen():
-    """Fails if the margin of culling is that of the first beam, 27 ms late; the last one is 53 ms late."""
-    fan, sensor = Fan((0,), 60.0, -60.0, 1.0, (100.0,)), SensorConfig((1, 1))
-    rig = one_unit_rig(small_unit((fan,), elevation_deg=(-2.0,)), phase_ms=40.0)
-    azimuth = np.radians(-30.0)
-    right = np.array([np.sin(azimuth), -np.cos(azimuth)])
-    car = ActorSpec(*(10.0 * np.array([np.cos(azimuth), np.sin(azimuth)])), azimuth - np.pi / 2, velocity=40.0 * right)
-    beams, *scene = placed_scene(rig, sensor, world(car), plain=True, mirrors=False)
-    echoes = Raycaster(beams, sensor).cast(*scene)
-    check_beams(echoes, sensor, beams, *scene, range(100, 121))
-    assert np.degrees(beams.azimuth[echoes.beam[echoes.target == 0]].min()) < -52.0
-
-
-@pytest.mark.parametrize("unit", [0, 1])
-def test_each_unit_fires_with_its_own_delay(unit):
-    rig = Rig(0.1, tuple(Mount(name, small_unit(AHEAD), 2.0, 0.8, 0.6, 0.0, 0.0, 0.0) for name in ("one", "other")))
-    sensor, late = SensorConfig(footprint=(1, 1)), 0.004 * np.eye(2)[unit]
-    beams, _, _, context = placed_scene(rig, sensor, world(), time_jitter=late)
-    delay = Raycaster(beams, sensor).firing_time(context) - beams.time_offset
-    np.testing.assert_allclose(delay, late[beams.unit], atol=1e-12)

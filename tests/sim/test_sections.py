@@ -50,14 +50,22 @@ def rails(along, radius):
 def driven(length, radius, frames, start=0.0, stop=math.inf, member_id=1):
     """Motions of a tram, given as SUMO does: its front on the rails, its yaw along the line to its rear."""
     tram = Member(member_id, "tram", Kind.BUS, (length, *SIZE), 0.5)
-    layer, out = PhysicalTruth(DT, PhysicalConfig(smoothing_s=0.3), rolling=True), []
+    raw = []
     for k in range(frames):
         front, rear = (rails(min(start + SPEED * DT * k, stop) - behind, radius) for behind in (0.0, length))
         yaw = math.atan2(*(front - rear)[::-1])
         centre = front - 0.5 * length * np.array([math.cos(yaw), math.sin(yaw)])
-        layer.push(RawFrame([tram], np.array([[*centre, yaw]]), np.array([SPEED * (start + SPEED * DT * k < stop)])))
-        while (settled := layer.pop()) is not None:
-            out.append(settled[1])
+        raw.append(RawFrame([tram], np.array([[*centre, yaw]]), np.array([SPEED * (start + SPEED * DT * k < stop)])))
+    return settled(raw)
+
+
+def settled(raw):
+    """Motions after smoothing, without those of the last frames, which wait for their successors."""
+    layer, out = PhysicalTruth(DT, PhysicalConfig(smoothing_s=0.3), rolling=True), []
+    for frame in raw:
+        layer.push(frame)
+        while (ready := layer.pop()) is not None:
+            out.append(ready[1])
     return out
 
 
@@ -96,15 +104,14 @@ def test_on_a_straight_track_a_tram_is_one_rigid_body():
 
 def test_a_tram_that_is_moved_elsewhere_is_straight_there_at_once():
     """SUMO moves a vehicle that is stuck; the path behind it is that of the new place."""
-    layer, out = PhysicalTruth(DT, PhysicalConfig(smoothing_s=0.3), rolling=True), []
+    raw = []
     for k in range(200):
         tram = Member(1, "tram", Kind.BUS, (22.0, *SIZE), 0.5, stretch=int(k >= 100))
         pose = np.array([[SPEED * DT * k, 200.0 * (k >= 100), 0.0]])
-        layer.push(RawFrame([tram], pose, np.array([SPEED])))
-        while (settled := layer.pop()) is not None:
-            out.append(settled[1])
-    assert len(out) > 110
-    for k, motion in enumerate(out):
+        raw.append(RawFrame([tram], pose, np.array([SPEED])))
+    motions = settled(raw)
+    assert len(motions) > 110
+    for k, motion in enumerate(motions):
         assert np.abs(motion.joint_angles).max() < 1e-9
         assert motion.pose_world[0] == pytest.approx([SPEED * DT * k, 200.0 * (k >= 100), 0.0], abs=0.02)
 

@@ -69,16 +69,19 @@ def recording(steps: list[Step], tmp_path_factory: pytest.TempPathFactory) -> Pa
 
 def test_rerun_verifies_the_closed_file(recording: Path) -> None:
     # Fails when the file is left without its footer, or before the last batch is flushed.
-    verify = subprocess.run(
-        [sys.executable, "-m", "rerun_cli", "rrd", "verify", str(recording)], capture_output=True, text=True
+    verified = verify(recording)
+    assert verified.returncode == 0, verified.stderr
+    assert "1 file verified without error" in verified.stdout + verified.stderr
+
+
+def verify(path: Path) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "rerun_cli", "rrd", "verify", str(path)], capture_output=True, text=True
     )
-    assert verify.returncode == 0, verify.stderr
-    assert "1 file verified without error" in verify.stdout + verify.stderr
 
 
 def has_index(path: Path) -> bool:
-    verify = [sys.executable, "-m", "rerun_cli", "rrd", "verify", str(path)]
-    return "Missing RRD footer" not in subprocess.run(verify, capture_output=True, text=True).stderr
+    return "Missing RRD footer" not in verify(path).stderr
 
 
 @pytest.mark.parametrize("longest", [9, 10])

@@ -107,10 +107,8 @@ def moved(seen, corners, size=(0.0, 0.0), heading=0.0):
 
     The corners are in the frame of an object with this heading.
     """
-    size, turn = (
-        np.asarray(size, dtype=float),
-        np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]]),
-    )
+    size = np.asarray(size, dtype=float)
+    turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
     judged = Confirmation(TrackLifeConfig(vehicle_prior=0.5), Footprint(ORIGIN, heading, size))
     for corner in np.asarray(corners, dtype=float) @ turn:
         judged.check_motion(seen, Footprint(corner, heading, size), corner, moving=False)
