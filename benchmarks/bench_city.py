@@ -67,7 +67,7 @@ def _in_own_process(columns: int) -> dict[str, Any]:
 
 def measure(columns: int) -> dict[str, float]:
     """Return the figures of one grid: median times per frame [ms], of the start [s], memory [MB] and numbers."""
-    from sim.sumo.sumo_source import SumoSource
+    from luxloop.sim.sumo.sumo_source import SumoSource
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -127,14 +127,14 @@ def _vehicle(place: Place, ahead: Place, middle: Place, columns: int) -> str:
 
 
 def _traffic() -> Any:
-    from sim.sumo.sumo_config import SumoTraffic
+    from luxloop.sim.sumo.sumo_config import SumoTraffic
 
     return SumoTraffic(net="city.net.xml", routes=["city.rou.xml"], ego="vehicle:ego")
 
 
 def _load_libraries(folder: Path, traffic: Any) -> None:
     """Run the smallest grid once, so that libraries count neither as time nor as memory of the net."""
-    from sim.sumo.sumo_source import SumoSource
+    from luxloop.sim.sumo.sumo_source import SumoSource
 
     small = folder / "small"
     small.mkdir()
@@ -146,14 +146,14 @@ def _load_libraries(folder: Path, traffic: Any) -> None:
 
 def _frames(source: Any, obstacles: Any, clock: "_SumoClock") -> tuple[np.ndarray, float]:
     """Return median times [ms] of SUMO's step and of the stages, and the mean number of vehicles in range."""
-    from scenarios.grading.body_points import Ranging
-    from scenarios.grading.grader import Grader
-    from scenarios.grading.grading_config import GradingConfig
-    from sensor_model.lidar import Lidar
-    from sensor_model.noise.noise_config import NoiseConfig
-    from sensor_model.rig.rig import load_rig
-    from sensor_model.sensor_config import SensorConfig
-    from tracker.tracker import Tracker, TrackerConfig
+    from luxloop.scenarios.grading.body_points import Ranging
+    from luxloop.scenarios.grading.grader import Grader
+    from luxloop.scenarios.grading.grading_config import GradingConfig
+    from luxloop.sensor_model.lidar import Lidar
+    from luxloop.sensor_model.noise.noise_config import NoiseConfig
+    from luxloop.sensor_model.rig.rig import load_rig
+    from luxloop.sensor_model.sensor_config import SensorConfig
+    from luxloop.tracker.tracker import Tracker, TrackerConfig
 
     rig, noise = load_rig("srx_six_lux", Path()), NoiseConfig()
     lidar = Lidar(rig, noise, SensorConfig(), seed=1, obstacles=obstacles)

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from tracker.detection.tlinkage import LinkageConfig, link
-from tracker.records import Segments
+from luxloop.tracker.detection.tlinkage import LinkageConfig, link
+from luxloop.tracker.records import Segments
 
 POINTS = 150
 REPEATS = 300

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import find
-from scenarios.grading.grader import Grader
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sim.sumo.sumo_source import SumoSource
-from tracker.tracker import Tracker
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import find
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.tracker.tracker import Tracker
 
 VEHICLES = 30
 RANGE_M = 60.0

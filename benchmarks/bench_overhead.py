@@ -15,13 +15,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from scenarios.grading.metric_names import METRICS
-from scenarios.run import device
-from scenarios.study import dask_runs, worker
-from scenarios.study.design import StudyRun
-from scenarios.study.row_format import RunRow
-from scenarios.study.study_file import Study
-from scenarios.study.sweep_runs import sweep
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.run import device
+from luxloop.scenarios.study import dask_runs, worker
+from luxloop.scenarios.study.design import StudyRun
+from luxloop.scenarios.study.row_format import RunRow
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.sweep_runs import sweep
 
 STUDY = """\
 description = "Dropout behind a truck, in runs of one second."

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bench_sensor import NO_OBSTACLES, RIG, TRAFFIC, motorway, thinned
-from scenarios.grading.body_points import Ranging
-from scenarios.grading.grader import Grader
-from scenarios.grading.grading_config import GradingConfig
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.rig.rig import Rig
-from sensor_model.sensor_config import SensorConfig
-from sim.world import WorldFrame
-from tracker.tracker import Tracker, TrackerConfig
+from luxloop.scenarios.grading.body_points import Ranging
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 UNITS = (1, 2, 4, 6)
 USUAL = 50

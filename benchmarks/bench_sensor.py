@@ -9,17 +9,17 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.bodies.scene import Bodies, BodyFactory
-from sensor_model.bodies.shapes import SHAPES
-from sensor_model.bodies.walls import walls_of
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.raycaster import Raycaster
-from sensor_model.rig.beams import BeamTable, beam_table
-from sensor_model.rig.rig import load_rig
-from sensor_model.scan_context import ScanContext
-from sensor_model.sensor_config import SensorConfig
-from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
+from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
+from luxloop.sensor_model.bodies.shapes import SHAPES
+from luxloop.sensor_model.bodies.walls import walls_of
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.rig.beams import BeamTable, beam_table
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.scan_context import ScanContext
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))  # for the meshes of the tests' oracle
 from support.solid_mesh import body_mesh, pieces

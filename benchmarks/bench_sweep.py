@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from distributed import Client
 
-from scenarios.run import device
-from scenarios.study import dask_runs
-from scenarios.study.design import StudyRun, runs
-from scenarios.study.study_file import Study
-from scenarios.study.worker import carry_out
+from luxloop.scenarios.run import device
+from luxloop.scenarios.study import dask_runs
+from luxloop.scenarios.study.design import StudyRun, runs
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.worker import carry_out
 
 Floats = npt.NDArray[np.float64]
 

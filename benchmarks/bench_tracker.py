@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import find
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sim.scripted.script import ScriptedActor, ScriptedEgo
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from tracker.tracker import Tracker
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import find
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.tracker.tracker import Tracker
 
 FRAMES = 200
 PLACES_M = ((12.0, 0.0), (20.0, 3.5), (-15.0, -3.5), (9.0, -7.0))

@@ -18,8 +18,8 @@ from typing import Any
 import libsumo
 import numpy as np
 
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 NET = Path(__file__).parent / "city.net.xml.xz"
 COLUMNS = 20

@@ -17,16 +17,16 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import find
-from scenarios.grading.metric_names import VIEWS
-from scenarios.report import paper_figures
-from scenarios.run import device, loop
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import KINDS, NoiseConfig
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import Cause
-from sim.scripted.scripted_source import ScriptedSource
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import find
+from luxloop.scenarios.grading.metric_names import VIEWS
+from luxloop.scenarios.report import paper_figures
+from luxloop.scenarios.run import device, loop
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import Cause
+from luxloop.sim.scripted.scripted_source import ScriptedSource
 
 PAGE = Path(__file__).parent / "ablation.md"
 PICTURE = Path(__file__).parent / "pictures" / "ablation.png"

@@ -18,8 +18,8 @@ from fits.league import Standing, standings
 from fits.league_tables import summary, table
 from fits.observations import of_runs
 
-from scenarios.errors import OutputError
-from scenarios.run import run_folder
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.run import run_folder
 
 
 def main() -> None:

@@ -12,14 +12,14 @@ import numpy.typing as npt
 from matplotlib.patches import Patch
 from PIL import Image
 
-from sensor_model.bodies.articulation import rotate_boxes, rotate_planes
-from sensor_model.bodies.body import Appearance, Body, build
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.shapes import SHAPES
-from sensor_model.truth import Part
-from sim.articulation import hitch
-from sim.world import Kind
+from luxloop.sensor_model.bodies.articulation import rotate_boxes, rotate_planes
+from luxloop.sensor_model.bodies.body import Appearance, Body, build
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.proportions import Draw
+from luxloop.sensor_model.bodies.shapes import SHAPES
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.articulation import hitch
+from luxloop.sim.world import Kind
 
 Floats = npt.NDArray[np.float64]
 

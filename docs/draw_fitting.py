@@ -18,7 +18,7 @@ from fits.league_tables import summary, table
 from fits.page import PICTURES, replace
 from fits.simulated_cases import worst_cases
 
-from scenarios.errors import OutputError
+from luxloop.scenarios.errors import OutputError
 
 SIMULATED, REAL = PICTURES / "fitting_simulated.png", PICTURES / "fitting_real.png"
 DRAWN = 8

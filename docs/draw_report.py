@@ -13,7 +13,7 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from scenarios.report.html.run_page import run_page
+from luxloop.scenarios.report.html.run_page import run_page
 
 PICTURE = Path(__file__).parent / "pictures" / "report.png"
 SIZE = {"width": 1200, "height": 1280}

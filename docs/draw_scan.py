@@ -9,16 +9,16 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import find
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import Cause, ScanTruth
-from sim.scripted.scripted_source import ScriptedSource
-from sim.world import WorldFrame
-from tracker.records import METHODS, StepTrace
-from tracker.scan import Scan
-from tracker.tracker import Tracker
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import find
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import Cause, ScanTruth
+from luxloop.sim.scripted.scripted_source import ScriptedSource
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import METHODS, StepTrace
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker
 
 PICTURE = Path(__file__).parent / "pictures" / "scan.png"
 FRAME, CAR = 27, 2

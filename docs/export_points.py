@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.files.scenario import Scenario
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sim.scripted.scripted_source import ScriptedSource
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sim.scripted.scripted_source import ScriptedSource
 
 EXAMPLES = Path(__file__).parent / "examples"
 COLUMNS = ("time_s", "x_m", "y_m", "z_m", "ego_x_m", "ego_y_m", "ego_yaw_rad")

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.truth import NO_ACTOR, ScanTruth
-from tracker.detection.detector import Detector
-from tracker.records import Boxes, Segments
-from tracker.tracker import movers
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.records import Boxes, Segments
+from luxloop.tracker.tracker import movers
 
 EDGES_M = (0.0, 0.02, 0.04, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.3, 1.6, 2.2, 3.0)
 """Edges of the bins [m]."""

@@ -93,7 +93,7 @@ def singular(kind: str) -> str:
 
 def luxloop(*arguments: str) -> "subprocess.CompletedProcess[str]":
     """Run a command of luxloop."""
-    command = [sys.executable, "-m", "scenarios", *arguments]
+    command = [sys.executable, "-m", "luxloop", *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

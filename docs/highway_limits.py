@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.grading.truth_events.bodies import Bodies
-from scenarios.grading.truth_events.body_motion import MotionHistory
-from scenarios.grading.truth_events.event_limits import ACCELERATION_MPS2, JERK_MPS3
-from sim.highway.environment import environments
-from sim.highway.highway_config import MOTORIST, HighwayTraffic
-from sim.highway.highway_source import HighwaySource
-from sim.source import TrafficEndedError, TrafficInputError
+from luxloop.scenarios.grading.truth_events.bodies import Bodies
+from luxloop.scenarios.grading.truth_events.body_motion import MotionHistory
+from luxloop.scenarios.grading.truth_events.event_limits import ACCELERATION_MPS2, JERK_MPS3
+from luxloop.sim.highway.environment import environments
+from luxloop.sim.highway.highway_config import MOTORIST, HighwayTraffic
+from luxloop.sim.highway.highway_source import HighwaySource
+from luxloop.sim.source import TrafficEndedError, TrafficInputError
 
 RANGE_M, DURATION_S = 200.0, 20.0
 SEEDS = {None: (1,), MOTORIST: (1, 11, 12)}

@@ -20,9 +20,9 @@ from fits import page
 from variants import tables
 from variants.pooled import Pooled, pooled
 
-from scenarios.errors import OutputError
-from scenarios.result import Result
-from scenarios.run import run_folder
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import run_folder
 
 PAGE = Path(__file__).parent / "paper.md"
 TRACKERS = {"default": "paper-campus", "the paper's steps": "paper-variant"}

@@ -15,10 +15,10 @@ import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scenarios.files import shipped as listing
-from scenarios.files.scenario import Scenario
-from scenarios.run import run_folder
-from scenarios.study.study_file import Study
+from luxloop.scenarios.files import shipped as listing
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.study.study_file import Study
 
 DOCS = Path(__file__).parent
 SCENARIO_FILES = DOCS / "scenario-files.md"

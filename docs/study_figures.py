@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from scenarios.study.study_page import PICTURES as FOLDER
+from luxloop.scenarios.study.study_page import PICTURES as FOLDER
 
 
 def copy_figures(pictures: Mapping[str, str], sweeps: Path) -> None:

@@ -20,15 +20,15 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.files import atomic_file
-from scenarios.league.drive import drives
-from scenarios.league.drive_scans import SCANS, record
-from scenarios.league.entrants import PARAMETERS, Entrant, entrants
-from scenarios.league.trackers.autoware_fits import AutowareDetector
-from scenarios.offline.recorded_run import RecordedRun
-from scenarios.offline.regrade import Regrader
-from tracker.detection.detector import Detector
-from tracker.records import Detection
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.league.drive import drives
+from luxloop.scenarios.league.drive_scans import SCANS, record
+from luxloop.scenarios.league.entrants import PARAMETERS, Entrant, entrants
+from luxloop.scenarios.league.trackers.autoware_fits import AutowareDetector
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.regrade import Regrader
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.records import Detection
 
 SCENARIOS, SEEDS, DURATION_S = ("bus-stop", "roundabout-v0", "motorway-exit"), (1, 2, 3), 5.0
 EVALUATIONS = 8

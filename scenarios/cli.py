@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands import (
+from luxloop.scenarios.commands import (
     baseline,
     blame,
     check_tracker,
@@ -36,12 +36,12 @@ from scenarios.commands import (
     trends,
     view,
 )  # fmt: skip
-from scenarios.commands.error_line import print_error
-from scenarios.commands.plain_help import PlainHelp
-from scenarios.errors import Interrupted
-from scenarios.files import completed
-from scenarios.run import termination, versions
-from sim.rare_collection import collect_rarely
+from luxloop.scenarios.commands.error_line import print_error
+from luxloop.scenarios.commands.plain_help import PlainHelp
+from luxloop.scenarios.errors import Interrupted
+from luxloop.scenarios.files import completed
+from luxloop.scenarios.run import termination, versions
+from luxloop.sim.rare_collection import collect_rarely
 
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
@@ -145,9 +145,9 @@ def _options(
 
 def _exit_code(error: BaseException) -> int:
     """Return the exit code of a user's error or of Ctrl-C, and `UNKNOWN` for any other error."""
-    from scenarios.errors import ContractError, InputError
-    from sensor_model.rig.rig import RigError
-    from sim.source import SimulatorFailedError, TrafficError
+    from luxloop.scenarios.errors import ContractError, InputError
+    from luxloop.sensor_model.rig.rig import RigError
+    from luxloop.sim.source import SimulatorFailedError, TrafficError
 
     if isinstance(error, SimulatorFailedError):
         return 3

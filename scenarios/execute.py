@@ -9,19 +9,19 @@ from pathlib import Path
 
 from rich.console import RenderableType
 
-from scenarios.dataset import writer as dataset
-from scenarios.dataset.writer import DatasetWriter
-from scenarios.files.expect import Check, RunVerdict, check, verdict
-from scenarios.files.scenario import Scenario
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.report import text as report
-from scenarios.result import Result
-from scenarios.run import loop, run_folder
-from scenarios.run.device import SHIPPED, DeviceFactory, short_name
-from scenarios.run.time_limit import STEP_TIMEOUT_S
-from sensor_model.truth import ScanTruth
-from sim.world import Obstacles, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.dataset import writer as dataset
+from luxloop.scenarios.dataset.writer import DatasetWriter
+from luxloop.scenarios.files.expect import Check, RunVerdict, check, verdict
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.report import text as report
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import loop, run_folder
+from luxloop.scenarios.run.device import SHIPPED, DeviceFactory, short_name
+from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.scan import Scan
 
 LONGEST_PART = 48
 """Characters of a tracker's name or of a setting in the name of a default folder."""
@@ -79,7 +79,7 @@ def execute(
     Parameters
     ----------
     scenario, make_device
-        As `scenarios.run.loop.run`.
+        As `luxloop.scenarios.run.loop.run`.
     out
         Folder of the run; replaces an earlier run there.
     record
@@ -87,16 +87,16 @@ def execute(
     record_scans
         True to keep the scans and their ground truth in the folder, as a data set, for `luxloop grade`.
     dataset_to
-        Folder of a further data set, see `scenarios.dataset.writer`.
+        Folder of a further data set, see `luxloop.scenarios.dataset.writer`.
     step_timeout_s, ahead
-        As `scenarios.run.loop.run`.
+        As `luxloop.scenarios.run.loop.run`.
 
     Raises
     ------
     OutputError
         A folder cannot be written, or holds other files and is not replaced.
     Exception
-        As `scenarios.run.loop.run`; nothing is written then.
+        As `luxloop.scenarios.run.loop.run`; nothing is written then.
     """
     with ExitStack() as stack:
         folder = stack.enter_context(run_folder.create(out))

@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scenarios.errors import InputError
-from scenarios.files import toml_file
-from scenarios.report.pytest_report import FOLDER, SuiteReport
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files import toml_file
+from luxloop.scenarios.report.pytest_report import FOLDER, SuiteReport
 
 if TYPE_CHECKING:
-    from scenarios.execute import ExecutedRun
+    from luxloop.scenarios.execute import ExecutedRun
 
 _TRAFFIC = re.compile(rb"^\s*\[{0,2}\s*traffic\b", re.MULTILINE)
 """Recognises a scenario among TOML files without parsing it: an invalid scenario must fail, not be skipped."""
 
 DEFAULT_SEED = 1
-"""As in `scenarios.files.scenario`, which is slow to import."""
-SHIPPED = "tracker.tracker:Tracker"
-"""As in `scenarios.files.expect`, which is slow to import."""
+"""As in `luxloop.scenarios.files.scenario`, which is slow to import."""
+SHIPPED = "luxloop.tracker.tracker:Tracker"
+"""As in `luxloop.scenarios.files.expect`, which is slow to import."""
 
 
 class FailedRunError(Exception):
@@ -108,7 +108,7 @@ class ScenarioItem(pytest.Item):
 
         SIGTERM and SIGHUP end the session as Ctrl-C does, with the exit codes of `luxloop`.
         """
-        from scenarios.run import termination
+        from luxloop.scenarios.run import termination
 
         with termination.as_interrupts() as received:
             try:
@@ -122,9 +122,9 @@ class ScenarioItem(pytest.Item):
                 raise KeyboardInterrupt from error
 
     def _run(self) -> None:
-        from scenarios.execute import execute
-        from scenarios.files.scenario import Scenario
-        from scenarios.run import device
+        from luxloop.scenarios.execute import execute
+        from luxloop.scenarios.files.scenario import Scenario
+        from luxloop.scenarios.run import device
 
         option = self.config.getoption
         scenario = Scenario.load(self.path, {} if self.seed is None else {"seed": self.seed})
@@ -152,8 +152,8 @@ class ScenarioItem(pytest.Item):
 
     def _explain(self, outcome: "ExecutedRun") -> str:
         """List the failed expectations with value, limit and worst frames, and the commands that show them."""
-        from scenarios.grading.worst_frames import worst_frames
-        from scenarios.report.cells import unit_of, value_of
+        from luxloop.scenarios.grading.worst_frames import worst_frames
+        from luxloop.scenarios.report.cells import unit_of, value_of
 
         result = outcome.result
         lines = [f"{result.scenario}: {result.config['description']}"]
@@ -176,7 +176,7 @@ class ScenarioItem(pytest.Item):
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Print failed expectations and bad input without a traceback. Other errors are defects and keep it."""
-        from sim.source import TrafficError
+        from luxloop.sim.source import TrafficError
 
         expected = (FailedRunError, KnownFailuresError, InputError, TrafficError)
         return str(excinfo.value) if isinstance(excinfo.value, expected) else super().repr_failure(excinfo, style)

@@ -4,21 +4,21 @@ from functools import partial
 
 import numpy as np
 
-from sensor_model.bodies.scene import Bodies
-from sensor_model.bodies.walls import Walls
-from sensor_model.noise.clutter_mixing import Clutter, merge
-from sensor_model.noise.false_alarms import false_alarms
-from sensor_model.noise.ghosts import Mirrors
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.noise.rain import drops
-from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.spray import clusters, spray_echoes
-from sensor_model.noise.thresholds import Thresholds
-from sensor_model.raycaster import Echoes, Raycaster
-from sensor_model.returns import Returns
-from sensor_model.rig.beams import BeamTable
-from sensor_model.scan_context import ScanContext
-from sim.world import WorldFrame
+from luxloop.sensor_model.bodies.scene import Bodies
+from luxloop.sensor_model.bodies.walls import Walls
+from luxloop.sensor_model.noise.clutter_mixing import Clutter, merge
+from luxloop.sensor_model.noise.false_alarms import false_alarms
+from luxloop.sensor_model.noise.ghosts import Mirrors
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.noise.rain import drops
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.spray import clusters, spray_echoes
+from luxloop.sensor_model.noise.thresholds import Thresholds
+from luxloop.sensor_model.raycaster import Echoes, Raycaster
+from luxloop.sensor_model.returns import Returns
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.scan_context import ScanContext
+from luxloop.sim.world import WorldFrame
 
 
 class ClutterSources:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from sensor_model.arrays import Floats
-from sensor_model.kernels.ground_hits import BLOCK
-from sensor_model.kernels.records import Ground
-from sim.world import Ego, Terrain
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.kernels.ground_hits import BLOCK
+from luxloop.sensor_model.kernels.records import Ground
+from luxloop.sim.world import Ego, Terrain
 
 FLAT = Ground(np.empty((0, 0)), np.empty((0, 0, 3)), np.zeros(7))
 """The plane z = 0."""

@@ -3,33 +3,33 @@
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.bodies.scene import Bodies, BodyFactory
-from sensor_model.bodies.tilt import tilt_rotations
-from sensor_model.bodies.walls import NearbyWalls, walls_of
-from sensor_model.clutter import ClutterSources
-from sensor_model.ground import UnevenGround
-from sensor_model.noise.attitude import Attitude
-from sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
-from sensor_model.noise.detection import DetectionThresholds, loss_causes
-from sensor_model.noise.false_alarms import wrong_flags
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.noise.rain import extinction
-from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import MeasuredRanges, echo_places, measure_ranges, measure_widths
-from sensor_model.noise.thresholds import Thresholds
-from sensor_model.odometry import Odometry
-from sensor_model.raycaster import Echoes, Raycaster
-from sensor_model.returns import NOTHING, Returns
-from sensor_model.rig.beams import beam_table, sweep_limits
-from sensor_model.rig.rig import Rig
-from sensor_model.scan_context import ScanContext, displacement, over_ground
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.surface_relief import displace
-from sensor_model.truth import NO_ACTOR, Cause, Loss, Part, ScanTruth
-from sensor_model.visibility import from_surfaces, view_kind, visible_faces
-from sim.world import Obstacles, WorldFrame
-from tracker.scan import PointFlag, Scan
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
+from luxloop.sensor_model.bodies.tilt import tilt_rotations
+from luxloop.sensor_model.bodies.walls import NearbyWalls, walls_of
+from luxloop.sensor_model.clutter import ClutterSources
+from luxloop.sensor_model.ground import UnevenGround
+from luxloop.sensor_model.noise.attitude import Attitude
+from luxloop.sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
+from luxloop.sensor_model.noise.detection import DetectionThresholds, loss_causes
+from luxloop.sensor_model.noise.false_alarms import wrong_flags
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.noise.rain import extinction
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.ranging import MeasuredRanges, echo_places, measure_ranges, measure_widths
+from luxloop.sensor_model.noise.thresholds import Thresholds
+from luxloop.sensor_model.odometry import Odometry
+from luxloop.sensor_model.raycaster import Echoes, Raycaster
+from luxloop.sensor_model.returns import NOTHING, Returns
+from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sensor_model.scan_context import ScanContext, displacement, over_ground
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.surface_relief import displace
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, Loss, Part, ScanTruth
+from luxloop.sensor_model.visibility import from_surfaces, view_kind, visible_faces
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.scan import PointFlag, Scan
 
 
 class Lidar:

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Floats
-from sensor_model.bodies.scene import relative_pose
-from sensor_model.noise.odometry_drift import OdometryNoise
-from sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.bodies.scene import relative_pose
+from luxloop.sensor_model.noise.odometry_drift import OdometryNoise
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 
 _RUN = 0  # frame number of draws made once per run
 

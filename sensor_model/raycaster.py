@@ -5,18 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.bodies.scene import Bodies
-from sensor_model.bodies.walls import Walls
-from sensor_model.kernels import records
-from sensor_model.kernels.culling import rig_reach
-from sensor_model.kernels.points import points_on_bodies
-from sensor_model.kernels.rig_scan import cast_rig, pack_echoes
-from sensor_model.kernels.secondary_rays import cast_rays
-from sensor_model.noise.ghosts import Mirrored
-from sensor_model.rig.beams import BeamTable
-from sensor_model.scan_context import ScanContext
-from sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.bodies.scene import Bodies
+from luxloop.sensor_model.bodies.walls import Walls
+from luxloop.sensor_model.kernels import records
+from luxloop.sensor_model.kernels.culling import rig_reach
+from luxloop.sensor_model.kernels.points import points_on_bodies
+from luxloop.sensor_model.kernels.rig_scan import cast_rig, pack_echoes
+from luxloop.sensor_model.kernels.secondary_rays import cast_rays
+from luxloop.sensor_model.noise.ghosts import Mirrored
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.scan_context import ScanContext
+from luxloop.sensor_model.sensor_config import SensorConfig
 
 GROUND_REFLECTIVITY = 0.2
 """Diffuse reflectivity of dry asphalt at 905 nm; an estimate."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.arrays import Bytes, Floats, Ints
-from tracker.scan import PointFlag
+from luxloop.sensor_model.arrays import Bytes, Floats, Ints
+from luxloop.tracker.scan import PointFlag
 
 NOTHING = -1
 GROUND = -2

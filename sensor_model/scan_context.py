@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Floats
-from sensor_model.bodies.scene import Bodies
-from sensor_model.ground import FLAT
-from sensor_model.kernels.calibration_shift import calibration_shift
-from sensor_model.kernels.records import EgoDrive, Ground, MountErrors
-from sensor_model.returns import Returns
-from sensor_model.rig.beams import BeamTable
-from sim.world import Ego
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.bodies.scene import Bodies
+from luxloop.sensor_model.ground import FLAT
+from luxloop.sensor_model.kernels.calibration_shift import calibration_shift
+from luxloop.sensor_model.kernels.records import EgoDrive, Ground, MountErrors
+from luxloop.sensor_model.returns import Returns
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sim.world import Ego
 
 
 @dataclass(frozen=True, slots=True, eq=False)

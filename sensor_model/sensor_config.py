@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.materials import Glass
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from sensor_model.bodies.scene import Bodies
-from sensor_model.kernels.records import RoughPlanes
-from sensor_model.kernels.relief_shift import shift_to_relief
-from sensor_model.raycaster import Echoes
+from luxloop.sensor_model.bodies.scene import Bodies
+from luxloop.sensor_model.kernels.records import RoughPlanes
+from luxloop.sensor_model.kernels.relief_shift import shift_to_relief
+from luxloop.sensor_model.raycaster import Echoes
 
 
 def displace(echoes: Echoes, bodies: Bodies, scale: float) -> Echoes:

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Bytes, Floats
-from sensor_model.bodies.scene import Bodies
-from sensor_model.kernels.outlines import count_on_faces, label_echoes
-from sensor_model.kernels.records import OutlinedBodies
-from sensor_model.raycaster import Echoes
-from sensor_model.returns import Returns
-from sensor_model.truth import Cause, Face, View
+from luxloop.sensor_model.arrays import Bytes, Floats
+from luxloop.sensor_model.bodies.scene import Bodies
+from luxloop.sensor_model.kernels.outlines import count_on_faces, label_echoes
+from luxloop.sensor_model.kernels.records import OutlinedBodies
+from luxloop.sensor_model.raycaster import Echoes
+from luxloop.sensor_model.returns import Returns
+from luxloop.sensor_model.truth import Cause, Face, View
 
 MIN_FACE_HITS = 3
 """Minimum number of points of a visible face."""

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sim.arrays import Bools, Floats
-from sim.world import Kind
+from luxloop.sim.arrays import Bools, Floats
+from luxloop.sim.world import Kind
 
 SHORTEST_M, LONGEST_M = 13.5, 19.0
 """[m] Overall lengths. Within this range the tractor is constant and the trailer varies; beyond it, all is scaled."""
@@ -35,7 +35,7 @@ _AXLES_TO_REAR_M = 4.3
 """[m] From the middle of the trailer's axles to its rear."""
 
 LONGEST_RIGID_BUS_M, LONGEST_BUS_M = 15.0, 18.75
-"""[m] Overall lengths; longer bodies of the kind are trams and trains, see `sim.sections`."""
+"""[m] Overall lengths; longer bodies of the kind are trams and trains, see `luxloop.sim.sections`."""
 _BUS_M = 18.125
 """[m] Overall length of the dimensions below, which scale with it: front overhang 2.805, wheelbases 5.900 and 5.990,
 rear overhang 3.430 (Mercedes-Benz Citaro G, technical data)."""

@@ -12,8 +12,8 @@ from numba import njit
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
-ROOT = str(Path(__file__).parents[1])
-IMPORT = re.compile(rf"^from ({Path(__file__).parent.name}[\w.]*) import ([\w, ]*)", re.MULTILINE)
+ROOT = str(Path(__file__).parents[__name__.count(".")])
+IMPORT = re.compile(rf"^from ({__package__}[\w.]*) import ([\w, ]*)", re.MULTILINE)
 """Import of a module of the package, or of names of it."""
 
 

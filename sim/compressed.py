@@ -10,7 +10,7 @@ import zlib
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-from sim.source import TrafficInputError
+from luxloop.sim.source import TrafficInputError
 
 FACTOR = 100
 """Largest expansion."""

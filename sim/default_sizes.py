@@ -5,8 +5,8 @@ size of its class. It is never longer or wider than the default, which is the sp
 height may be larger, since neither simulator considers heights in collisions. The ranges are engineering estimates.
 """
 
-from sim.actor_key import Stream, actor_rng
-from sim.world import Kind
+from luxloop.sim.actor_key import Stream, actor_rng
+from luxloop.sim.world import Kind
 
 Size = tuple[float, float, float]
 

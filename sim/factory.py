@@ -5,14 +5,14 @@ Only the source that is made is imported: together they take a tenth of a second
 
 from pathlib import Path
 
-from sim.candidates.moment import Moment
-from sim.highway.highway_config import HighwayTraffic
-from sim.openscenario.openscenario_config import OpenScenarioTraffic
-from sim.process.process_source import AHEAD, Frame_co, ProcessSource, Start_co, SteppedSource
-from sim.replay.replay_config import ReplayTraffic
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.source import TrafficSource
-from sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.candidates.moment import Moment
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.openscenario.openscenario_config import OpenScenarioTraffic
+from luxloop.sim.process.process_source import AHEAD, Frame_co, ProcessSource, Start_co, SteppedSource
+from luxloop.sim.replay.replay_config import ReplayTraffic
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.source import TrafficSource
+from luxloop.sim.sumo.sumo_config import SumoTraffic
 
 TrafficConfig = SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic | OpenScenarioTraffic
 
@@ -36,22 +36,22 @@ def make_source(config: TrafficConfig, folder: Path, range_m: float, apart: bool
     """
     match config:
         case SumoTraffic():
-            from sim.sumo.sumo_source import SumoSource
+            from luxloop.sim.sumo.sumo_source import SumoSource
 
             source = SumoSource(config, folder, range_m)
             return ProcessSource(source, NAMES["sumo"], 0 if config.ego_control else AHEAD) if apart else source
         case HighwayTraffic():
-            from sim.highway.highway_source import HighwaySource
+            from luxloop.sim.highway.highway_source import HighwaySource
 
             return HighwaySource(config, folder, range_m)
         case ScriptedTraffic():
             return ScriptedSource(config, folder, range_m)
         case ReplayTraffic():
-            from sim.replay.replay_source import ReplaySource
+            from luxloop.sim.replay.replay_source import ReplaySource
 
             return ReplaySource(config, folder, range_m)
         case OpenScenarioTraffic():
-            from sim.openscenario.openscenario_source import OpenScenarioSource
+            from luxloop.sim.openscenario.openscenario_source import OpenScenarioSource
 
             return OpenScenarioSource(config, folder, range_m)
 
@@ -77,6 +77,6 @@ def make_survey(config: SumoTraffic, folder: Path) -> ProcessSource[None, Moment
     config, folder
         As `make_source`.
     """
-    from sim.sumo.survey import SumoSurvey
+    from luxloop.sim.sumo.survey import SumoSurvey
 
     return ProcessSource(SumoSurvey(config, folder), NAMES["sumo"])

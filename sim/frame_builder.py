@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sim.arrays import Floats, Ints
-from sim.ground_contact import ground_contact
-from sim.kinematics import Kinematics
-from sim.modes import ModeClassifier, ModeLimits
-from sim.roster import Member
-from sim.suspension import Suspension
-from sim.world import Actors, Ego, Terrain, WorldFrame
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.ground_contact import ground_contact
+from luxloop.sim.kinematics import Kinematics
+from luxloop.sim.modes import ModeClassifier, ModeLimits
+from luxloop.sim.roster import Member
+from luxloop.sim.suspension import Suspension
+from luxloop.sim.world import Actors, Ego, Terrain, WorldFrame
 
 
 class FrameBuilder:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.world import Terrain
+from luxloop.sim.arrays import Floats
+from luxloop.sim.world import Terrain
 
 WHEELBASE_SHARE = 0.6
 """Share of a body's length between its points of contact: the wheelbase of cars is 0.55 to 0.65 of their length."""

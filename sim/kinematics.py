@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sim.arrays import Bools, Floats
-from sim.roster import Member
-from sim.world import JOINTS, Collision, no_angles
+from luxloop.sim.arrays import Bools, Floats
+from luxloop.sim.roster import Member
+from luxloop.sim.world import JOINTS, Collision, no_angles
 
 
 def wrap_angle(angle: Floats) -> Floats:
@@ -27,7 +27,7 @@ class RawFrame:
     """(N, 2) height of the road under the pose [m] and its slope along the body [rad], positive uphill, in the
     simulator; None if it has no heights, NaN where it has none. Used on bridges only, see `sim.frame_builder`."""
     collisions: tuple[Collision, ...] = ()
-    """See `sim.world.WorldFrame`."""
+    """See `luxloop.sim.world.WorldFrame`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,17 +43,17 @@ class Kinematics:
     yaw_rate: Floats
     """(N,) [rad/s], counter-clockwise positive."""
     articulation: Floats
-    """(N,) [rad] see `sim.world.Actors`."""
+    """(N,) [rad] see `luxloop.sim.world.Actors`."""
     changes_lane: Bools
-    """(N,) see `sim.world.Actors`."""
+    """(N,) see `luxloop.sim.world.Actors`."""
     deviation: Floats
-    """(N, 2) [m] see `sim.world.Actors`."""
+    """(N, 2) [m] see `luxloop.sim.world.Actors`."""
     road: Floats | None = None
     """(N, 2) see `RawFrame`."""
     further_articulation: Floats = field(default_factory=no_angles)
-    """(N, JOINTS - 1) [rad] see `sim.world.Actors`."""
+    """(N, JOINTS - 1) [rad] see `luxloop.sim.world.Actors`."""
     collisions: tuple[Collision, ...] = ()
-    """See `sim.world.WorldFrame`."""
+    """See `luxloop.sim.world.WorldFrame`."""
 
     def __post_init__(self) -> None:
         if not len(self.further_articulation):
@@ -61,5 +61,5 @@ class Kinematics:
 
     @property
     def joint_angles(self) -> Floats:
-        """(N, JOINTS) [rad] see `sim.world.Actors`."""
+        """(N, JOINTS) [rad] see `luxloop.sim.world.Actors`."""
         return np.column_stack([self.articulation, self.further_articulation])

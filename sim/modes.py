@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sim.arrays import Bools, Floats, Ints
-from sim.world import Mode
+from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.sim.world import Mode
 
 _OFF, _ON, _UNKNOWN = range(3)
 

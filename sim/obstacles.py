@@ -14,8 +14,8 @@ from typing import Literal
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.world import Obstacles
+from luxloop.sim.arrays import Floats
+from luxloop.sim.world import Obstacles
 
 StreetKind = Literal["building", "wall", "barrier", "fence", "guard-rail", "pole", "tree", "traffic-sign", "bollard"]
 

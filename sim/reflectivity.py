@@ -1,6 +1,6 @@
 """Paint: diffuse reflectivity of actors at 905 nm."""
 
-from sim.actor_key import Stream, actor_rng
+from luxloop.sim.actor_key import Stream, actor_rng
 
 SHADES = (
     # share, lowest, highest diffuse reflectivity

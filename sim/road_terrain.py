@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.arrays import Bools, Floats
-from sim.world import Terrain
+from luxloop.sim.arrays import Bools, Floats
+from luxloop.sim.world import Terrain
 
 CELL_M = 2.0
 """[m] Distance of the terrain's nodes: half a car's length, so that a kink of the road stays within 3 cm at 6 %."""

@@ -3,9 +3,9 @@
 from collections.abc import Hashable
 from dataclasses import dataclass
 
-from sim.default_sizes import redrawn_size
-from sim.reflectivity import paint_reflectivity
-from sim.world import Kind
+from luxloop.sim.default_sizes import redrawn_size
+from luxloop.sim.reflectivity import paint_reflectivity
+from luxloop.sim.world import Kind
 
 EGO_ID = 0
 """The ego is added first; actors count from 1."""

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sim.arrays import Bools, Floats, Ints
-from sim.articulation import LONGEST_BUS_M, hitch, is_articulated
-from sim.world import JOINTS, Kind
+from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.sim.articulation import LONGEST_BUS_M, hitch, is_articulated
+from luxloop.sim.world import JOINTS, Kind
 
 LONGEST_TRAM_M = 75.0
 """[m] Longer bodies of the kind are trains."""

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from sim.arrays import Floats
-from sim.world import Collision, Obstacles, WorldFrame
+from luxloop.sim.arrays import Floats
+from luxloop.sim.world import Collision, Obstacles, WorldFrame
 
 
 class TrafficError(Exception):

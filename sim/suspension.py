@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sim.arrays import Bools, Floats, Ints
-from sim.world import Kind
+from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.sim.world import Kind
 
 GRAVITY = 9.81
 """[m/s^2]"""

@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from sim.arrays import Bools, Floats, Ints
+from luxloop.sim.arrays import Bools, Floats, Ints
 
 JOINTS = 7
 """Most joints of a vehicle."""
@@ -35,7 +35,7 @@ class Kind(IntEnum):
 
 
 class Mode(IntEnum):
-    """True motion mode of an actor; `sim.modes` defines the limits."""
+    """True motion mode of an actor; `luxloop.sim.modes` defines the limits."""
 
     STATIONARY = 0
     CONSTANT_VELOCITY = 1
@@ -114,7 +114,7 @@ class Actors:
     """(N,) paint's diffuse reflectivity at 905 nm, 0 to 1."""
     further_articulation: Floats = field(default_factory=no_angles)
     """(N, JOINTS - 1) [rad] the angles at the joints behind the first, of trams and trains, whose middle section
-    defines the pose, see `sim.sections`; 0 for others, and by default."""
+    defines the pose, see `luxloop.sim.sections`; 0 for others, and by default."""
 
     def __post_init__(self) -> None:
         if not len(self.further_articulation):

@@ -3,8 +3,8 @@
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from sim.compressed import DAMAGED, open_detected
-from sim.source import TrafficInputError
+from luxloop.sim.compressed import DAMAGED, open_detected
+from luxloop.sim.source import TrafficInputError
 
 NOT_XML = (ET.ParseError, LookupError, ValueError, *DAMAGED)
 """Errors of files that are not XML. Unknown encodings raise LookupError, multi-byte ones ValueError."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from sim.source import TrafficInputError
+from luxloop.sim.source import TrafficInputError
 
 DEEPEST = 200
 """Maximum depth of a tree; OpenSCENARIO and OpenDRIVE need about 20."""

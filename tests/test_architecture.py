@@ -13,12 +13,15 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("sim", "sensor_model", "tracker", "scenarios")
 
 WRONG = {
-    "tracker/detection/new.py": ("import tracker.tracking.track", "detection and tracking are independent"),
-    "tracker/new_module.py": ("import sensor_model.lidar", "sim and tracker, which are independent"),
-    "sim/highway/new.py": ("import libsumo", "Only sim.sumo imports libsumo"),
-    "sensor_model/noise/new.py": ("import sim.sumo.sumo_source", "The sensor imports nothing that makes traffic"),
-    "scenarios/grading/new.py": ("import rerun", "Only scenarios.recording imports rerun"),
-    "scenarios/files/new.py": ("import scenarios.report.text", "Layers inside scenarios"),
+    "tracker/detection/new.py": ("import luxloop.tracker.tracking.track", "detection and tracking are independent"),
+    "tracker/new_module.py": ("import luxloop.sensor_model.lidar", "sim and tracker, which are independent"),
+    "sim/highway/new.py": ("import libsumo", "Only luxloop.sim.sumo imports libsumo"),
+    "sensor_model/noise/new.py": (
+        "import luxloop.sim.sumo.sumo_source",
+        "The sensor imports nothing that makes traffic",
+    ),
+    "scenarios/grading/new.py": ("import rerun", "Only luxloop.scenarios.recording imports rerun"),
+    "scenarios/files/new.py": ("import luxloop.scenarios.report.text", "Layers inside scenarios"),
     "scenarios/new_folder/__init__.py": ("", "Layers inside scenarios"),
 }
 """New modules with their text, and the contract that each of them breaks."""
@@ -29,10 +32,8 @@ def report(tmp_path_factory):
     """Output of `lint-imports` on a copy of the packages with the new modules, without line breaks."""
     folder = tmp_path_factory.mktemp("copy")
     for package in PACKAGES:
-        for path in (ROOT / package).rglob("*.py"):
-            copy = folder / path.relative_to(ROOT)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(path, copy)
+        shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__", "catalog"))
+    shutil.copytree(ROOT / "luxloop", folder / "luxloop", symlinks=True)
     shutil.copy(ROOT / "pyproject.toml", folder)
     for module, (text, _) in WRONG.items():
         (folder / module).parent.mkdir(exist_ok=True)

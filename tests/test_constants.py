@@ -9,22 +9,22 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.grading.grading_config import GradingConfig
-from sensor_model.noise.calibration import CalibrationError
-from sensor_model.rig.rig import load_rig
-from sensor_model.visibility import MAX_CLEAN_DEPTH
-from sim.modes import ModeLimits
-from sim.scripted.script import EGO_SIZE, SIZE_BY_KIND
-from sim.world import Kind
-from tracker.detection.body_fit import BodyFitConfig
-from tracker.detection.boxes import BoxConfig
-from tracker.detection.preprocess import PreprocessConfig
-from tracker.detection.rectangles import RANGE_STD
-from tracker.detection.tlinkage import LinkageConfig
-from tracker.tracking.existence import MemoryConfig, existence
-from tracker.tracking.filters import FilterConfig
-from tracker.tracking.mma import MmaConfig
-from tracker.tracking.vehicle_sizes import SIZE_CLASSES
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sensor_model.noise.calibration import CalibrationError
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.visibility import MAX_CLEAN_DEPTH
+from luxloop.sim.modes import ModeLimits
+from luxloop.sim.scripted.script import EGO_SIZE, SIZE_BY_KIND
+from luxloop.sim.world import Kind
+from luxloop.tracker.detection.body_fit import BodyFitConfig
+from luxloop.tracker.detection.boxes import BoxConfig
+from luxloop.tracker.detection.preprocess import PreprocessConfig
+from luxloop.tracker.detection.rectangles import RANGE_STD
+from luxloop.tracker.detection.tlinkage import LinkageConfig
+from luxloop.tracker.tracking.existence import MemoryConfig, existence
+from luxloop.tracker.tracking.filters import FilterConfig
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.vehicle_sizes import SIZE_CLASSES
 
 UNIT = load_rig("srx_six_lux", Path()).mounts[0].model
 MODES, FILTERS, LINKAGE = ModeLimits(), FilterConfig(), LinkageConfig()

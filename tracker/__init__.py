@@ -2,3 +2,6 @@
 
 It does not depend on the simulation and runs unchanged on `Scan`s of a real rig.
 """
+
+if not __name__.startswith("luxloop."):
+    raise ImportError("tracker is luxloop.tracker: change the import to that name", name=__name__)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import inside
-from tracker.kernels import pairs
-from tracker.records import NOT_USED, Segments
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.geometry import inside
+from luxloop.tracker.kernels import pairs
+from luxloop.tracker.records import NOT_USED, Segments
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,14 +12,14 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import rotate
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.geometry import rotate
 
 METHODS = ("area", "closeness", "variance", "tlinkage", "refined")
 """Methods of candidate headings, in the order of the second axis of `Candidates`."""
 
 BASELINES = ("principal_axes", "two_set_split", "ransac_lines", "jlinkage", "autoware")
-"""Methods for comparison, never selected: the rest of that axis, see `tracker.detection.baselines`."""
+"""Methods for comparison, never selected: the rest of that axis, see `luxloop.tracker.detection.baselines`."""
 
 MODELS = ("stationary", "cv", "ca")
 """The standard filters of the bank, equations (7), (8) and (9); `Tracks.models` is the order of every model axis."""

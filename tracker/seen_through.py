@@ -6,8 +6,8 @@ known angle at most. If all returns in this window of bearings are farther than 
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.kernels import free_space as kernel
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.kernels import free_space as kernel
 
 
 def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m: float) -> Bools:

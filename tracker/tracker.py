@@ -5,32 +5,32 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker.arrays import Ints
-from tracker.detection.deskew import Movers
-from tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
-from tracker.detection.small_boxes import small_boxes
-from tracker.records import NO_TRACK, Detection, Status, StepTrace, Tracks
-from tracker.scan import Scan
-from tracker.tracking import joint_correction, joint_prediction, memory, track_arrays
-from tracker.tracking.association import AssociationConfig
-from tracker.tracking.associator import Associator, HungarianAssociator
-from tracker.tracking.confirmation import TrackLifeConfig
-from tracker.tracking.corner_error import CornerConfig
-from tracker.tracking.existence import MemoryConfig
-from tracker.tracking.extent import ExtentConfig
-from tracker.tracking.filters import FilterConfig, motion
-from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
-from tracker.tracking.mma import MmaConfig
-from tracker.tracking.model_selection import BankSelection, ModelSelection
-from tracker.tracking.observations import observe
-from tracker.tracking.orientation import OrientationConfig
-from tracker.tracking.output import report
-from tracker.tracking.small.small_config import SmallConfig
-from tracker.tracking.small.small_objects import SmallObjects
-from tracker.tracking.track import Track
-from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
-from tracker.tracking.track_observation import track_observation
+from luxloop.tracker.arrays import Ints
+from luxloop.tracker.detection.deskew import Movers
+from luxloop.tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
+from luxloop.tracker.detection.small_boxes import small_boxes
+from luxloop.tracker.records import NO_TRACK, Detection, Status, StepTrace, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracking import joint_correction, joint_prediction, memory, track_arrays
+from luxloop.tracker.tracking.association import AssociationConfig
+from luxloop.tracker.tracking.associator import Associator, HungarianAssociator
+from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.corner_error import CornerConfig
+from luxloop.tracker.tracking.existence import MemoryConfig
+from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.filters import FilterConfig, motion
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.model_selection import BankSelection, ModelSelection
+from luxloop.tracker.tracking.observations import observe
+from luxloop.tracker.tracking.orientation import OrientationConfig
+from luxloop.tracker.tracking.output import report
+from luxloop.tracker.tracking.small.small_config import SmallConfig
+from luxloop.tracker.tracking.small.small_objects import SmallObjects
+from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_config import TrackConfig
+from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
+from luxloop.tracker.tracking.track_observation import track_observation
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from PIL import Image
 
-from sim.world import Obstacles
+from luxloop.sim.world import Obstacles
 
 MAP_M = (-26.0, 38.0, -39.0, 25.0)
 """West, east, south and north edge of the map, world frame [m]."""

@@ -10,11 +10,11 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
 
-from scenarios.files.shipped import find
-from sensor_model.truth import NO_ACTOR
-from sim.world import Obstacles
-from tracker.geometry import rotate
-from tracker.records import Boxes, Status
+from luxloop.scenarios.files.shipped import find
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.sim.world import Obstacles
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.records import Boxes, Status
 
 NIGHT, ROAD, HOUSE, FAINT, TEXT = "#0f141c", "#1d2531", "#2f3a4b", "#8796b0", "#eef2f7"
 POINT, TRUTH, HIDDEN, FIT, EGO = "#4cc9f0", "#ffffff", "#ef5d60", "#ffd166", "#ffffff"

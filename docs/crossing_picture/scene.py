@@ -7,17 +7,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import find
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import ScanTruth
-from sim.factory import make_source
-from sim.world import Obstacles, WorldFrame
-from tracker.geometry import rotate
-from tracker.records import StepTrace, Tracks
-from tracker.scan import Scan
-from tracker.tracker import Tracker
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import find
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.factory import make_source
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.records import StepTrace, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker
 
 Floats = npt.NDArray[np.float64]
 

@@ -6,7 +6,7 @@ luxloop run docs/examples/my-first.toml --tracker docs.examples.my_tracker:Patch
 import numpy as np
 import scipy
 
-from tracker.records import Tracks
+from luxloop.tracker.records import Tracks
 
 CELL_M, RANGE_M, REACH_M = 0.5, 60.0, 1.5
 CAR_M = np.array([4.6, 1.8])

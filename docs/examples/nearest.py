@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.cluster.hierarchy import fclusterdata
 
-from tracker.records import Tracks
+from luxloop.tracker.records import Tracks
 
 GAP_M, REACH_M, RANGE_M, CAR_M = 0.9, 2.5, 50.0, np.array([4.5, 1.8])
 

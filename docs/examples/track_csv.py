@@ -12,9 +12,9 @@ from math import degrees, hypot
 
 import numpy as np
 
-from tracker.records import MODELS, Status
-from tracker.scan import Scan
-from tracker.tracker import Tracker
+from luxloop.tracker.records import MODELS, Status
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker
 
 TIME, POINT, POSE = 0, slice(1, 4), slice(4, 7)
 EVERY = 10

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from tracker.records import METHODS, Candidates
+from luxloop.tracker.records import METHODS, Candidates
 
 Floats = npt.NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from fits.league import FEWEST
 from fits.league_tables import markdown
 from fits.observations import groups
 
-from scenarios.grading.metric_names import COVERAGES
-from scenarios.statistics.jackknife import SHARE, ratio_interval
+from luxloop.scenarios.grading.metric_names import COVERAGES
+from luxloop.scenarios.statistics.jackknife import SHARE, ratio_interval
 
 
 def table(observed: pd.DataFrame) -> str:

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 from fits.observations import groups
 
-from scenarios.statistics.confidence import Interval
-from scenarios.statistics.jackknife import ANY, ratio_interval
-from tracker.records import METHODS
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.jackknife import ANY, ratio_interval
+from luxloop.tracker.records import METHODS
 
 CRITERIA = tuple(method for method in METHODS if method != "refined")
 """Candidates of the comparison; `refined` is fitted from them, and mostly equals `best`."""

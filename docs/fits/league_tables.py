@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 
 from fits.league import Standing
 
-from scenarios.statistics.confidence import FEWEST_CLUSTERS
-from tracker.records import METHODS
+from luxloop.scenarios.statistics.confidence import FEWEST_CLUSTERS
+from luxloop.tracker.records import METHODS
 
 SHOWN = (*METHODS, "best", "oracle")
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.metric_names import POINT_BANDS, RANGE_BANDS, VIEWS
-from scenarios.run import run_folder
-from tracker.records import METHODS
+from luxloop.scenarios.grading.metric_names import POINT_BANDS, RANGE_BANDS, VIEWS
+from luxloop.scenarios.run import run_folder
+from luxloop.tracker.records import METHODS
 
 SELECTED = ("best", "oracle")
 KEY = ["frame", "actor_id"]

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from scenarios.report.html.fit_figures import METHOD_LOOKS
-from scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, PAGE, RED, SKY
-from scenarios.report.html.svg_figure import STYLE
-from tracker.records import METHODS
+from luxloop.scenarios.report.html.fit_figures import METHOD_LOOKS
+from luxloop.scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, PAGE, RED, SKY
+from luxloop.scenarios.report.html.svg_figure import STYLE
+from luxloop.tracker.records import METHODS
 
 COLUMNS = 4
 PIXELS_PER_INCH = 100

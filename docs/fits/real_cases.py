@@ -12,8 +12,8 @@ from twin.labels import load_cars, load_views
 from twin.recording import load_frame
 from twin.tables import SURE_DEG
 
-from scenarios.statistics.jackknife import POSITIVE, ratio_interval
-from tracker.records import METHODS
+from luxloop.scenarios.statistics.jackknife import POSITIVE, ratio_interval
+from luxloop.tracker.records import METHODS
 
 BEST, ORACLE = "best", "oracle"
 

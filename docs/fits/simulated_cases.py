@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 from fits.case import Case, case_of
 
-from scenarios.grading.metric_names import VIEWS
-from scenarios.offline.recorded_run import RecordedRun
-from tracker.tracker import Tracker
+from luxloop.scenarios.grading.metric_names import VIEWS
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.tracker.tracker import Tracker
 
 MANY = 100
 """Points of a segment whose fit has no lack of them."""

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 from intervals.populations import Kind
 
-from scenarios.arrays import Floats
-from scenarios.statistics.confidence import Interval
-from scenarios.study import survival
-from scenarios.study.seed_estimate import Estimate, estimate
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.study import survival
+from luxloop.scenarios.study.seed_estimate import Estimate, estimate
 
 
 class Coverage(NamedTuple):

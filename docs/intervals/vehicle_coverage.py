@@ -8,13 +8,13 @@ import pandas as pd
 from intervals.populations import FOLDER
 from intervals.seed_coverage import Coverage, of_intervals
 
-from scenarios.arrays import Floats
-from scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
-from scenarios.compare.resampling import difference_interval
-from scenarios.compare.sides import read
-from scenarios.compare.vehicle_sums import COLUMNS
-from scenarios.statistics.confidence import Interval
-from scenarios.statistics.jackknife import POSITIVE, SHARE, jackknife_interval
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
+from luxloop.scenarios.compare.resampling import difference_interval
+from luxloop.scenarios.compare.sides import read
+from luxloop.scenarios.compare.vehicle_sums import COLUMNS
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.jackknife import POSITIVE, SHARE, jackknife_interval
 
 BASELINE = Path(__file__).parents[2] / "scenarios" / "baseline" / "catalog.jsonl"
 PAIRED = FOLDER / "paired_vehicles.csv"

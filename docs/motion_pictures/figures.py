@@ -15,8 +15,8 @@ from motion_pictures.stage import (
     raw_courses,
 )
 
-from sim.kinematics import wrap_angle
-from sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.kinematics import wrap_angle
+from luxloop.sim.physical.physical_config import PhysicalConfig
 
 HARD = 10.0
 """[m/s^2] Acceleration that no vehicle reaches."""

@@ -10,18 +10,18 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import find
-from scenarios.grading.articulated import parts
-from sim.kinematics import Kinematics, RawFrame
-from sim.physical.layer import PhysicalTruth
-from sim.physical.physical_config import PhysicalConfig
-from sim.roster import Member, Roster
-from sim.sumo.ego_choice import await_ego
-from sim.sumo.input_checks import sumo_command
-from sim.sumo.reader import SumoReader
-from sim.sumo.sumo_config import SumoTraffic
-from sim.world import JOINTS
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import find
+from luxloop.scenarios.grading.articulated import parts
+from luxloop.sim.kinematics import Kinematics, RawFrame
+from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.roster import Member, Roster
+from luxloop.sim.sumo.ego_choice import await_ego
+from luxloop.sim.sumo.input_checks import sumo_command
+from luxloop.sim.sumo.reader import SumoReader
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.world import JOINTS
 
 Floats = npt.NDArray[np.float64]
 
@@ -100,7 +100,7 @@ class Course:
     pose: Floats
     """(N, 3) box centre [m], yaw [rad]."""
     joint_angles: Floats
-    """(N, JOINTS) [rad] see `sim.world.Actors`."""
+    """(N, JOINTS) [rad] see `luxloop.sim.world.Actors`."""
 
     def part(self, begin: float, end: float) -> "Course":
         """Return the part in a time interval [s]."""

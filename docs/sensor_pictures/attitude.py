@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import SRX, cast, label, noise, one_unit, only_beam, save, scene, sense, sheet
 
-from sensor_model.noise.attitude import Attitude, AttitudeNoise
-from sensor_model.noise.random_draws import Draws
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import Rig
-from sensor_model.truth import Cause
-from sim.scripted.script import ScriptedActor
-from sim.world import Kind
+from luxloop.sensor_model.noise.attitude import Attitude, AttitudeNoise
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sensor_model.truth import Cause
+from luxloop.sim.scripted.script import ScriptedActor
+from luxloop.sim.world import Kind
 
 LAYER_COLORS = ("tab:blue", "deepskyblue", "gold", "tab:orange")
 EGO_FRONT_M = 4.83 / 2.0

@@ -7,8 +7,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
 from sensor_pictures.stage import LOWER, LUX, SRX, UPPER, Floats, label, one_unit, save, sheet
 
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import SHIPPED, load_unit
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import SHIPPED, load_unit
 
 REACH_M = 30.0
 

@@ -4,10 +4,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import CAUSE_COLORS, SRX, Scene, label, noise, outline, save, scene, sense, sheet
 
-from sensor_model.noise.calibration import CalibrationError
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.truth import Cause
-from sim.scripted.script import ScriptedActor, ScriptedObstacle
+from luxloop.sensor_model.noise.calibration import CalibrationError
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.truth import Cause
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedObstacle
 
 
 def draw() -> None:

@@ -19,10 +19,10 @@ from sensor_pictures.stage import (
     sheet,
 )
 
-from sensor_model.rig.unit import UnitModel
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import Part
-from sim.scripted.script import ScriptedActor, ScriptedObstacle
+from luxloop.sensor_model.rig.unit import UnitModel
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedObstacle
 
 EDGE_DEG = 3.4
 """Azimuth of a car's edge, 15 m away."""

@@ -19,9 +19,9 @@ from sensor_pictures.stage import (
     sheet,
 )
 
-from sensor_model.rig.unit import Fan, UnitModel
-from sensor_model.sensor_config import SensorConfig
-from sim.scripted.script import ScriptedActor
+from luxloop.sensor_model.rig.unit import Fan, UnitModel
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.scripted.script import ScriptedActor
 
 DISTANCE_M = 20.0
 """Distance from the unit to the rear of the car."""

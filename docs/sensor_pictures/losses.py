@@ -5,17 +5,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import LUX, SRX, Scene, cast, label, noise, one_unit, save, scene, sense
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise.dirt import Dirt
-from sensor_model.noise.dropout import Dropout
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.noise.outage import FixedOutage, Outage, Outages
-from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.sun import Sun
-from sensor_model.rig.beams import beam_table
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import Loss, Part
-from sim.scripted.script import ScriptedActor, ScriptedObstacle
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.dirt import Dirt
+from luxloop.sensor_model.noise.dropout import Dropout
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.noise.outage import FixedOutage, Outage, Outages
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.sun import Sun
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import Loss, Part
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedObstacle
 
 LOSS_COLORS = {
     Loss.THRESHOLD: "0.75",

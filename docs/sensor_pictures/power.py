@@ -7,11 +7,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import LUX, Scene, cast, label, noise, one_unit, only_beam, save, scene, sense, sheet
 
-from sensor_model.noise.dropout import Dropout
-from sensor_model.rig.rig import Rig
-from sensor_model.rig.unit import Fan
-from sensor_model.truth import Part
-from sim.scripted.script import ScriptedObstacle
+from luxloop.sensor_model.noise.dropout import Dropout
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.scripted.script import ScriptedObstacle
 
 PAINTS = {"black": 0.04, "dark metallic": 0.1, "silver": 0.4, "white": 0.7}
 COLORS = {"black": "black", "dark metallic": "tab:brown", "silver": "tab:blue", "white": "goldenrod"}

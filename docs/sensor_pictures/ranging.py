@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 from sensor_pictures.attitude import LAYER_COLORS
 from sensor_pictures.stage import CAUSE_COLORS, LUX, Floats, label, noise, one_unit, save, scene, sheet
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.noise.outliers import Outliers
-from sensor_model.rig.rig import Rig
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import Cause, Part
-from sim.scripted.script import ScriptedObstacle
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.noise.outliers import Outliers
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import Cause, Part
+from luxloop.sim.scripted.script import ScriptedObstacle
 
 FRAMES = 150
 

@@ -7,14 +7,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import BODIES_AS_THEY_ARE, SRX, Floats, label, save, sheet
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import paths
-from sensor_model.lidar import Lidar
-from sensor_model.truth import NO_ACTOR, Part, ScanTruth
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
-from sim.world import Obstacles, Terrain, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import paths
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.truth import NO_ACTOR, Part, ScanTruth
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.world import Obstacles, Terrain, WorldFrame
+from luxloop.tracker.scan import Scan
 
 BEFORE_S, ON_RAMP_S = 4.8, 8.0
 ENLARGED = 5.0

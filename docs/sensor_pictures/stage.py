@@ -9,21 +9,21 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sensor_model.bodies.scene import Bodies, BodyFactory
-from sensor_model.bodies.walls import walls_of
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import KINDS, NoiseConfig
-from sensor_model.raycaster import Echoes, Raycaster
-from sensor_model.rig.beams import BeamTable, beam_table
-from sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_unit
-from sensor_model.rig.unit import UnitModel
-from sensor_model.scan_context import ScanContext
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import Cause, Part, ScanTruth
-from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.world import Obstacles, WorldFrame
-from tracker.scan import Scan
+from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
+from luxloop.sensor_model.bodies.walls import walls_of
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
+from luxloop.sensor_model.raycaster import Echoes, Raycaster
+from luxloop.sensor_model.rig.beams import BeamTable, beam_table
+from luxloop.sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_unit
+from luxloop.sensor_model.rig.unit import UnitModel
+from luxloop.sensor_model.scan_context import ScanContext
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import Cause, Part, ScanTruth
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.scan import Scan
 
 Floats = npt.NDArray[np.float64]
 

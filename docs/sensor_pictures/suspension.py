@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from sensor_pictures.attitude import EGO_FRONT_M, LAYER_COLORS
 from sensor_pictures.stage import Floats, label, one_unit, only_beam, save, scene, sense, sheet
 
-from sim.scripted.motions import Motion, Straight
-from sim.scripted.script import ScriptedActor, ScriptedEgo
-from sim.suspension import SPRUNG, Suspension
-from sim.world import Kind
+from luxloop.sim.scripted.motions import Motion, Straight
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo
+from luxloop.sim.suspension import SPRUNG, Suspension
+from luxloop.sim.world import Kind
 
 BRAKING_MPS2 = 4.0
 GAP_M = 20.0

@@ -4,11 +4,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import SRX, Scene, label, one_unit, outline, save, scene, sense, sheet
 
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import SHIPPED, load_unit
-from sensor_model.sensor_config import SensorConfig
-from sim.scripted.motions import Arc, Straight
-from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import SHIPPED, load_unit
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.scripted.motions import Arc, Straight
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
 
 FROZEN = SensorConfig(sweep=False)
 CROSSING_MPS = 30.0

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import SRX, Scene, label, outline, save, scene, sense, sheet
 
-from sim.scripted.script import ScriptedActor
+from luxloop.sim.scripted.script import ScriptedActor
 
 HIDDEN, HIDING = 0, 1
 """Rows of the actors."""

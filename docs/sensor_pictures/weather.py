@@ -19,14 +19,14 @@ from sensor_pictures.stage import (
     sheet,
 )
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise.rain import Rain, extinction
-from sensor_model.noise.spray import Spray
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import Cause, Part
-from sim.scripted.motions import Straight
-from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
-from tracker.scan import PointFlag
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.rain import Rain, extinction
+from luxloop.sensor_model.noise.spray import Spray
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import Cause, Part
+from luxloop.sim.scripted.motions import Straight
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from luxloop.tracker.scan import PointFlag
 
 RATES = (2.5, 10.0, 50.0)
 SHADES = ("lightskyblue", "royalblue", "navy")

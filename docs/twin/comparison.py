@@ -11,7 +11,7 @@ from twin.labels import Car, load_cars, load_views
 from twin.recording import load_frame
 from twin.simulated import SENSOR, twin_scan
 
-from sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.sensor_config import SensorConfig
 
 SEEDS = (11, 12, 13, 14, 15)
 

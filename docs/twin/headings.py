@@ -3,9 +3,9 @@
 import numpy as np
 import numpy.typing as npt
 
-from tracker.detection import rectangles, selection, tlinkage
-from tracker.detection.detector import DetectorConfig
-from tracker.records import METHODS, Candidates, Linkage, Segments
+from luxloop.tracker.detection import rectangles, selection, tlinkage
+from luxloop.tracker.detection.detector import DetectorConfig
+from luxloop.tracker.records import METHODS, Candidates, Linkage, Segments
 
 FEWEST_POINTS = 10
 """Cars with fewer points in the cut are left out."""

@@ -8,13 +8,13 @@ from twin.labels import Car, View
 from twin.recording import RecordedFrame
 from twin.unit import rig_of
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise import noise_config
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import ScanTruth
-from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
-from tracker.scan import Scan
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise import noise_config
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
+from luxloop.tracker.scan import Scan
 
 KINDS = {"small car": Kind.CAR, "sedan": Kind.CAR, "SUV": Kind.SUV, "van": Kind.VAN, "truck": Kind.TRUCK}
 """A pickup has no body of its own; `STAND_IN` replaces it."""

@@ -4,8 +4,8 @@ import numpy as np
 from twin.labels import Car, View
 from twin.recording import RecordedFrame
 
-from sensor_model.rig.rig import Mount, Rig
-from sensor_model.rig.unit import Fan, UnitModel
+from luxloop.sensor_model.rig.rig import Mount, Rig
+from luxloop.sensor_model.rig.unit import Fan, UnitModel
 
 DIVERGENCE_DEG = {"OS-0": 0.35, "OS-1": 0.18, "OS-2": 0.09}
 """Full width of a beam at half its power (data sheets of the maker)."""

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from scenarios.errors import OutputError
-from scenarios.grading import dataset_statistics, fit_metrics, frame_tables, mma_metrics
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.result import Metric, Result
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.grading import dataset_statistics, fit_metrics, frame_tables, mma_metrics
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.result import Metric, Result
 
 TABLES = ("truth", "fits", "tracks")
 WHY_NONE = "no observation"

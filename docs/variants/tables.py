@@ -6,10 +6,10 @@ from itertools import product
 from fits.league_tables import markdown
 from variants.pooled import Pooled
 
-from scenarios.grading.metric_names import SEEN, TARGETS, estimates
-from scenarios.report import paper_figures
-from scenarios.report.cells import interval_of, percent_of, value_of
-from scenarios.result import Metric
+from luxloop.scenarios.grading.metric_names import SEEN, TARGETS, estimates
+from luxloop.scenarios.report import paper_figures
+from luxloop.scenarios.report.cells import interval_of, percent_of, value_of
+from luxloop.scenarios.result import Metric
 
 Trackers = Mapping[str, Mapping[str, Pooled]]
 """Runs by the name of their tracker, then by that of their seeds."""

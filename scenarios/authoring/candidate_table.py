@@ -6,8 +6,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from sim.candidates.candidates import Candidates
-from sim.candidates.want import Want
+from luxloop.sim.candidates.candidates import Candidates
+from luxloop.sim.candidates.want import Want
 
 UNITS = {
     "enters_s": "s", "stay_s": "s", "distance_m": "m", "neighbours": "1", "near": "1", "turns": "1", "stops": "count",

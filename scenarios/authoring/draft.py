@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from scenarios.authoring.default_limits import default_limits
+from luxloop.scenarios.authoring.default_limits import default_limits
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
-from scenarios.authoring.draft import Draft
-from scenarios.authoring.draft_options import DraftOptions
-from sim.highway.environment import make
-from sim.highway.highway_config import MOTORIST
+from luxloop.scenarios.authoring.draft import Draft
+from luxloop.scenarios.authoring.draft_options import DraftOptions
+from luxloop.sim.highway.environment import make
+from luxloop.sim.highway.highway_config import MOTORIST
 
 SEEDS = 8
 """Seeds that are tried: in some, the ego crashes soon."""

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from scenarios.authoring.sumo_survey import WINDOW_S
-from scenarios.errors import InputError
-from sim.candidates.want import Want
+from luxloop.scenarios.authoring.sumo_survey import WINDOW_S
+from luxloop.scenarios.errors import InputError
+from luxloop.sim.candidates.want import Want
 
 _Paths = TypeVar("_Paths", str, list[str])
 

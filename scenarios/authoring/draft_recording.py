@@ -2,19 +2,19 @@
 
 from collections.abc import Iterator
 
-from scenarios.authoring.draft import Draft
-from scenarios.authoring.draft_options import DraftOptions
-from scenarios.authoring.ego_survey import sensor_range
-from scenarios.authoring.traffic_input import TrafficInput
-from scenarios.authoring.type_guesses import TypeGuesses
-from scenarios.errors import InputError
-from scenarios.grading.grading_config import GradingConfig
-from sim.candidates.candidate_log import CandidateLog
-from sim.candidates.candidates import Candidates
-from sim.replay.recording_files import read_recording
-from sim.replay.recording_moments import moments
-from sim.replay.replay_config import ReplayTraffic
-from sim.source import TrafficInputError
+from luxloop.scenarios.authoring.draft import Draft
+from luxloop.scenarios.authoring.draft_options import DraftOptions
+from luxloop.scenarios.authoring.ego_survey import sensor_range
+from luxloop.scenarios.authoring.traffic_input import TrafficInput
+from luxloop.scenarios.authoring.type_guesses import TypeGuesses
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sim.candidates.candidate_log import CandidateLog
+from luxloop.sim.candidates.candidates import Candidates
+from luxloop.sim.replay.recording_files import read_recording
+from luxloop.sim.replay.recording_moments import moments
+from luxloop.sim.replay.replay_config import ReplayTraffic
+from luxloop.sim.source import TrafficInputError
 
 
 def recording_drafts(given: TrafficInput, traffic: ReplayTraffic, options: DraftOptions) -> Iterator[Draft]:

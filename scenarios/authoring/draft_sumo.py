@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.authoring.draft import Draft
-from scenarios.authoring.draft_options import DraftOptions
-from scenarios.authoring.ego_survey import sensor_range
-from scenarios.authoring.sumo_survey import WINDOW_S, survey
-from scenarios.authoring.traffic_input import TrafficInput
-from scenarios.errors import InputError
-from scenarios.grading.grading_config import GradingConfig
-from sim.candidates.candidates import Candidates
-from sim.sumo.sumo_config import SumoTraffic
+from luxloop.scenarios.authoring.draft import Draft
+from luxloop.scenarios.authoring.draft_options import DraftOptions
+from luxloop.scenarios.authoring.ego_survey import sensor_range
+from luxloop.scenarios.authoring.sumo_survey import WINDOW_S, survey
+from luxloop.scenarios.authoring.traffic_input import TrafficInput
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sim.candidates.candidates import Candidates
+from luxloop.sim.sumo.sumo_config import SumoTraffic
 
 MARGIN_S = 2.0
 """[s] A candidate stays for longer than the scenario by this, since the survey has moments of one second."""

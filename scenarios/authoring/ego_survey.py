@@ -5,16 +5,16 @@ from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from scenarios.authoring.sumo_survey import survey
-from scenarios.authoring.traffic_input import is_unknown, read_input
-from scenarios.errors import InputError
-from scenarios.files import shipped
-from scenarios.files.scenario import DEFAULT_SEED, RigChoice, Scenario
-from scenarios.grading.grading_config import GradingConfig
-from sensor_model.rig.rig import load_rig
-from sim.candidates.candidates import Candidates
-from sim.highway.environment import environments
-from sim.sumo.sumo_config import SumoTraffic
+from luxloop.scenarios.authoring.sumo_survey import survey
+from luxloop.scenarios.authoring.traffic_input import is_unknown, read_input
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import DEFAULT_SEED, RigChoice, Scenario
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sim.candidates.candidates import Candidates
+from luxloop.sim.highway.environment import environments
+from luxloop.sim.sumo.sumo_config import SumoTraffic
 
 DEFAULT_RIG = RigChoice(name="srx_six_lux")
 
@@ -38,7 +38,7 @@ def survey_source(
     Parameters
     ----------
     source
-        The traffic as in `scenarios.authoring.traffic_input`, or a scenario.
+        The traffic as in `luxloop.scenarios.authoring.traffic_input`, or a scenario.
     routes
         Route files of a net, or folders of them.
     begin_s

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from scenarios.errors import InputError
-from sim.compressed import DAMAGED
-from sim.source import TrafficInputError
-from sim.sumo.input_checks import text_of
+from luxloop.scenarios.errors import InputError
+from luxloop.sim.compressed import DAMAGED
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.sumo.input_checks import text_of
 
 _TRAFFIC = re.compile(r"<(vehicle|trip|flow|person|personFlow|container)\b")
 _SIGNALS = re.compile(r"<(tlLogic|WAUT)\b")

@@ -5,20 +5,20 @@ from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-from scenarios.authoring.draft import Draft
-from scenarios.authoring.draft_highway import highway_drafts
-from scenarios.authoring.draft_options import DraftOptions
-from scenarios.authoring.draft_recording import recording_drafts
-from scenarios.authoring.draft_sumo import sumo_drafts
-from scenarios.authoring.rehearsal import Rehearsal, rehearse
-from scenarios.authoring.scenario_text import scenario_text
-from scenarios.authoring.traffic_input import read_input, refuse_scenario
-from scenarios.errors import InputError, OutputError
-from scenarios.files import atomic_file
-from scenarios.files.scenario import Scenario
-from sim.highway.highway_config import HighwayTraffic
-from sim.source import SimulatorFailedError
-from sim.sumo.sumo_config import SumoTraffic
+from luxloop.scenarios.authoring.draft import Draft
+from luxloop.scenarios.authoring.draft_highway import highway_drafts
+from luxloop.scenarios.authoring.draft_options import DraftOptions
+from luxloop.scenarios.authoring.draft_recording import recording_drafts
+from luxloop.scenarios.authoring.draft_sumo import sumo_drafts
+from luxloop.scenarios.authoring.rehearsal import Rehearsal, rehearse
+from luxloop.scenarios.authoring.scenario_text import scenario_text
+from luxloop.scenarios.authoring.traffic_input import read_input, refuse_scenario
+from luxloop.scenarios.errors import InputError, OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.source import SimulatorFailedError
+from luxloop.sim.sumo.sumo_config import SumoTraffic
 
 TRIED = 8
 """Drafts that are rehearsed at most."""
@@ -40,7 +40,7 @@ def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *
     Parameters
     ----------
     source, routes
-        As `scenarios.authoring.traffic_input.read_input`.
+        As `luxloop.scenarios.authoring.traffic_input.read_input`.
     options
         Options of the scenario.
     force

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.authoring.ego_survey import sensor_range
-from scenarios.files.scenario import Scenario
-from scenarios.run import progress
-from sim.factory import make_source
-from sim.source import TrafficEndedError, watch_start
-from sim.world import VEHICLE_KINDS, WorldFrame
+from luxloop.scenarios.authoring.ego_survey import sensor_range
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.run import progress
+from luxloop.sim.factory import make_source
+from luxloop.sim.source import TrafficEndedError, watch_start
+from luxloop.sim.world import VEHICLE_KINDS, WorldFrame
 
 _KINDS = np.array(sorted(VEHICLE_KINDS))
 

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
-from scenarios.run import progress
-from sim.candidates.candidate_log import CandidateLog
-from sim.candidates.candidates import Candidates
-from sim.candidates.moment import Moment
-from sim.factory import make_survey
-from sim.process.process_source import ProcessSource
-from sim.source import TrafficEndedError, watch_start
-from sim.sumo.sumo_config import SumoTraffic
+from luxloop.scenarios.run import progress
+from luxloop.sim.candidates.candidate_log import CandidateLog
+from luxloop.sim.candidates.candidates import Candidates
+from luxloop.sim.candidates.moment import Moment
+from luxloop.sim.factory import make_survey
+from luxloop.sim.process.process_source import ProcessSource
+from luxloop.sim.source import TrafficEndedError, watch_start
+from luxloop.sim.sumo.sumo_config import SumoTraffic
 
 WINDOW_S = 300.0
 """[s] Default time that is surveyed, which is the default of `traffic.max_wait_s`."""
@@ -23,7 +23,7 @@ def survey(traffic: SumoTraffic, folder: Path, seed: int, window_s: float, range
     Parameters
     ----------
     traffic, folder
-        As `sim.factory.make_source`.
+        As `luxloop.sim.factory.make_source`.
     seed
         Seed of the traffic.
     window_s

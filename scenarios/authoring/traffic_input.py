@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.authoring.net_folder import RouteFiles, files_beside
-from scenarios.errors import InputError
-from scenarios.files import shipped
-from sim.highway.environment import environments
-from sim.highway.highway_config import HighwayTraffic
-from sim.replay.replay_config import ENDINGS, ReplayTraffic
-from sim.source import TrafficInputError
-from sim.sumo.sumo_config import SumoTraffic
-from sim.xml_root import root_element
+from luxloop.scenarios.authoring.net_folder import RouteFiles, files_beside
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files import shipped
+from luxloop.sim.highway.environment import environments
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.replay.replay_config import ENDINGS, ReplayTraffic
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.xml_root import root_element
 
 CONFIGURATIONS = ("sumoConfiguration", "configuration")
 RECORDINGS = ("fcd-export", "commonRoad")

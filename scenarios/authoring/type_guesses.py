@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator, Mapping
 
-from sim.replay.recording import KIND_BY_NAME, ReplayType
-from sim.scripted.script import KindName
+from luxloop.sim.replay.recording import KIND_BY_NAME, ReplayType
+from luxloop.sim.scripted.script import KindName
 
 WORDS: dict[str, KindName] = {
     "semi": "trailer-truck",

@@ -1,1 +1,1 @@
-"""`luxloop check-tracker`: checks that a tracker meets the contract of `scenarios.run.device`."""
+"""`luxloop check-tracker`: checks that a tracker meets the contract of `luxloop.scenarios.run.device`."""

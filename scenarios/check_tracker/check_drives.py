@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.run import loop
-from tracker.records import MODELS, Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.run import loop
+from luxloop.tracker.records import MODELS, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 SCENARIO, DURATION_S = "truck-shadow", 3.2
 """Simulated scenario: moving cars, a truck, and the beginning of an occlusion."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from scenarios.run.output_checks import Fault
+from luxloop.scenarios.run.output_checks import Fault
 
 CHECKS = {
     "accepts a TrackerConfig": "accept one argument, the scenario's [tracker] table, and share no state",

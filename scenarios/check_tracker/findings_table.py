@@ -5,7 +5,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.check_tracker.checks import CHECKS, Findings
+from luxloop.scenarios.check_tracker.checks import CHECKS, Findings
 
 
 def table(findings: Findings, name: str) -> RenderableType:

@@ -6,17 +6,17 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any
 
-from scenarios.check_tracker.check_drives import CheckDrive
-from scenarios.check_tracker.checks import CHECKS, Findings
-from scenarios.run.containment import call_restored, contained
-from scenarios.run.device import Device, DeviceFactory
-from scenarios.run.output_checks import Fault, Faults, check_covariances, check_shapes, check_values
-from scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, watched
-from scenarios.run.trace_checks import check_trace
-from scenarios.run.trace_hash import TraceHash
-from tracker.records import Status, StepTrace, Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.check_tracker.check_drives import CheckDrive
+from luxloop.scenarios.check_tracker.checks import CHECKS, Findings
+from luxloop.scenarios.run.containment import call_restored, contained
+from luxloop.scenarios.run.device import Device, DeviceFactory
+from luxloop.scenarios.run.output_checks import Fault, Faults, check_covariances, check_shapes, check_values
+from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, watched
+from luxloop.scenarios.run.trace_checks import check_trace
+from luxloop.scenarios.run.trace_hash import TraceHash
+from luxloop.tracker.records import Status, StepTrace, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 OUTPUT_CHECKS = (
     "returns Tracks", "shapes and types", "values are finite", "codes are valid", "ids are unique",

@@ -10,14 +10,14 @@ import typer
 
 def _scenarios(incomplete: str) -> list[str]:
     """Complete the name of a shipped scenario."""
-    from scenarios.files import shipped
+    from luxloop.scenarios.files import shipped
 
     return [name for name in shipped.paths() if name.startswith(incomplete)]
 
 
 def _studies(incomplete: str) -> list[str]:
     """Complete the name of a shipped study."""
-    from scenarios.files import shipped
+    from luxloop.scenarios.files import shipped
 
     return [name for name in shipped.studies() if name.startswith(incomplete)]
 
@@ -69,7 +69,7 @@ Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="host:port of a Dask scheduler whose workers carry out the runs.")
 ]
 DEFAULT_STEP_TIMEOUT_S = 60.0
-"""`scenarios.run.time_limit.STEP_TIMEOUT_S`, whose import is slower than the help."""
+"""`luxloop.scenarios.run.time_limit.STEP_TIMEOUT_S`, whose import is slower than the help."""
 RetryErrors = Annotated[bool, typer.Option("--retry-errors", help="Run again what ended with an error.")]
 Figures = Annotated[
     str | None, typer.Option(metavar="FORMAT,...", help="Also write the figures as files: svg, pdf, png.")
@@ -91,7 +91,7 @@ def worker_count(workers: int | None, scheduler: str | None) -> int:
     StudyError
         Both are given.
     """
-    from scenarios.errors import StudyError
+    from luxloop.scenarios.errors import StudyError
 
     if workers and scheduler:
         raise StudyError("--workers and --scheduler are both given; give one, a scheduler has its own workers")

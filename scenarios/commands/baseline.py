@@ -11,9 +11,9 @@ def baseline(
     out: Annotated[Path, typer.Option(help="The file to write and commit; it replaces an earlier baseline.")],
 ) -> None:
     """Write a baseline file for `luxloop compare`. No other command changes one."""
-    from scenarios.compare import baseline_file as file
-    from scenarios.compare import sides
-    from scenarios.compare.run_pairs import listed
+    from luxloop.scenarios.compare import baseline_file as file
+    from luxloop.scenarios.compare import sides
+    from luxloop.scenarios.compare.run_pairs import listed
 
     side = sides.read_runs(runs)
     before = {run.key: run for run in file.read(out)} if out.exists() else {}

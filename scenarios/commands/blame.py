@@ -2,19 +2,19 @@
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, overrides
-from scenarios.commands.error_line import print_early_end
+from luxloop.scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, overrides
+from luxloop.scenarios.commands.error_line import print_early_end
 
 
 def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, as_json: AsJson = False) -> None:
     """Measure the error that each stage of the shipped tracker causes, by replacing it with the ground truth."""
     import json
 
-    from scenarios.files import shipped
-    from scenarios.files.scenario import Scenario
-    from scenarios.oracle.stage_blame import document, find_out
-    from scenarios.report import text
-    from scenarios.report.blame_tables import blame_report
+    from luxloop.scenarios.files import shipped
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.oracle.stage_blame import document, find_out
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.blame_tables import blame_report
 
     found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)))
     if as_json:

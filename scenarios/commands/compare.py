@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet, finite
+from luxloop.scenarios.commands.arguments import AsJson, Quiet, finite
 
 WORSE, CANNOT_TELL = 1, 5
 """Exit codes; 2 to 4 have the same meaning in all commands."""
@@ -34,10 +34,10 @@ def compare(
     """
     import json
 
-    from scenarios.compare import comparison as verdict
-    from scenarios.compare import comparison_files, comparison_table, run_pairs, sides
-    from scenarios.compare.comparison_json import document
-    from scenarios.report import text
+    from luxloop.scenarios.compare import comparison as verdict
+    from luxloop.scenarios.compare import comparison_files, comparison_table, run_pairs, sides
+    from luxloop.scenarios.compare.comparison_json import document
+    from luxloop.scenarios.report import text
 
     files = comparison_files.files_of(report) if report else []
     comparison = verdict.compare(run_pairs.pair(sides.read(base), sides.read(head)), loss / 100.0)

@@ -1,6 +1,6 @@
 """`luxloop warm-up`."""
 
-from scenarios.commands.arguments import Quiet, ScenarioName, Tracker
+from luxloop.scenarios.commands.arguments import Quiet, ScenarioName, Tracker
 
 SCENARIO = "sumo-crossing"
 """Uses the kernels of traffic, sensor and tracker."""
@@ -16,12 +16,12 @@ def warm_up(scenario: ScenarioName = SCENARIO, tracker: Tracker = None, quiet: Q
     # Before numba is imported: it colours an error for each type of argument that it tries, 7 % of the time.
     os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 
-    from scenarios.files import shipped
-    from scenarios.files.scenario import Scenario
-    from scenarios.run import device, loop
-    from scenarios.run.progress import hidden
-    from scenarios.run.tracker_warm_up import NoTracks, tracker_beside
-    from sensor_model.rig.rig import load_rig
+    from luxloop.scenarios.files import shipped
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.run import device, loop
+    from luxloop.scenarios.run.progress import hidden
+    from luxloop.scenarios.run.tracker_warm_up import NoTracks, tracker_beside
+    from luxloop.sensor_model.rig.rig import load_rig
 
     loaded = Scenario.load(shipped.find(scenario), {"duration_s": SIMULATED_S})
     make_device, began = device.load(tracker or device.SHIPPED), time.monotonic()

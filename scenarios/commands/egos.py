@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet, finite
-from sim.candidates.want import Want
+from luxloop.scenarios.commands.arguments import AsJson, Quiet, finite
+from luxloop.sim.candidates.want import Want
 
 Source = Annotated[
     str,
@@ -44,10 +44,10 @@ def egos(
     """List candidates for the ego in SUMO traffic, with their stay, neighbours, turns, stops and occlusions."""
     import json
 
-    from scenarios.authoring import candidate_table
-    from scenarios.authoring.ego_survey import survey_source
-    from scenarios.report import text
-    from scenarios.run.progress import hidden
+    from luxloop.scenarios.authoring import candidate_table
+    from luxloop.scenarios.authoring.ego_survey import survey_source
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.run.progress import hidden
 
     with hidden(quiet or as_json):
         found, ranges = survey_source(source, routes or [], begin, window, seed)

@@ -4,7 +4,7 @@ import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scenarios.result import Result
+    from luxloop.scenarios.result import Result
 
 LONGEST_LINE = 1000
 """Characters. The list of all highway-env environments takes 600; longer lines keep their beginning and end."""

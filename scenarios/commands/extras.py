@@ -2,7 +2,7 @@
 
 from importlib.util import find_spec
 
-from scenarios.errors import InputError
+from luxloop.scenarios.errors import InputError
 
 EXTRAS = {
     "sweeps": ("dask", "distributed", "fsspec"),

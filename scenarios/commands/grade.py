@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout, finite
-from scenarios.commands.grade_files import (
+from luxloop.scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout, finite
+from luxloop.scenarios.commands.grade_files import (
     GOSPA_CUTOFF_M,
     HIT_IOU_MIN,
     OccludedMax,
@@ -17,10 +17,10 @@ from scenarios.commands.grade_files import (
 )
 
 if TYPE_CHECKING:
-    from scenarios.files.expect import Check
-    from scenarios.files.scenario import Scenario
-    from scenarios.offline.recorded_run import RecordedRun
-    from scenarios.result import Result
+    from luxloop.scenarios.files.expect import Check
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.result import Result
 
 
 def grade(
@@ -69,8 +69,8 @@ def grade(
     step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
 ) -> None:
     """Grade a run again without simulation, a recording with true poses, or any tracks against any truth in files."""
-    from scenarios.errors import InputError
-    from scenarios.files.expect import verdict
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.files.expect import verdict
 
     if tracks and tracker:
         raise InputError("--tracks and --tracker are both given; give one, or none for the run's own tracks")
@@ -95,7 +95,7 @@ def grade(
 
 def _refuse_options(options: dict[str, object], why: str) -> None:
     """Raise an InputError for the first option that is given."""
-    from scenarios.errors import InputError
+    from luxloop.scenarios.errors import InputError
 
     for name, given in options.items():
         if given is not None:
@@ -106,12 +106,12 @@ def _graded_folder(
     run: Path, tracks: Path | None, tracker: str | None, scenario: str | None, out: Path | None, step_timeout_s: float
 ) -> "tuple[Result, list[Check]]":
     """Grade a run or a recording."""
-    from scenarios.files import shipped
-    from scenarios.files.expect import check
-    from scenarios.files.scenario import Scenario
-    from scenarios.offline.recorded_run import RecordedRun
-    from scenarios.recordings.grade_recording import grade_recording
-    from scenarios.recordings.recording import Recording, is_recording
+    from luxloop.scenarios.files import shipped
+    from luxloop.scenarios.files.expect import check
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.recordings.grade_recording import grade_recording
+    from luxloop.scenarios.recordings.recording import Recording, is_recording
 
     if is_recording(run):
         if out:
@@ -128,8 +128,8 @@ def _graded_folder(
 
 def _refuse_tracked_recording(run: Path) -> None:
     """Raise an InputError for the results of `luxloop track`, whose truth is in the recording."""
-    from scenarios.errors import InputError
-    from scenarios.recordings.track_recording import TRACKS
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.recordings.track_recording import TRACKS
 
     if (run / TRACKS).is_file():
         raise InputError(
@@ -140,8 +140,8 @@ def _refuse_tracked_recording(run: Path) -> None:
 def _graded(
     recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None, step_timeout_s: float
 ) -> "Result":
-    from scenarios.offline.regrade import Regrader
-    from scenarios.run import device
+    from luxloop.scenarios.offline.regrade import Regrader
+    from luxloop.scenarios.run import device
 
     regrader = Regrader(recorded, rules)
     if tracks:
@@ -155,8 +155,8 @@ def _deliver(result: "Result", checks: "list[Check]", out: Path | None, as_json:
     """Write the folder if one is given, and print the document or the report."""
     import json
 
-    from scenarios.report import text
-    from scenarios.run import run_folder
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.run import run_folder
 
     printed = text.report(result, checks)
     if out:

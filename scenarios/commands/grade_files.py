@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import finite
-from scenarios.commands.extras import require
+from luxloop.scenarios.commands.arguments import finite
+from luxloop.scenarios.commands.extras import require
 
 if TYPE_CHECKING:
-    from scenarios.exchange.box_grading import BoxLimits
-    from scenarios.exchange.file_formats import Format
+    from luxloop.scenarios.exchange.box_grading import BoxLimits
+    from luxloop.scenarios.exchange.file_formats import Format
 
 FORMAT_HELP = "Its format: csv, parquet, kitti, nuscenes, mcap, osi; recognised if left out."
 TruthFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
@@ -26,7 +26,7 @@ OccludedMax = Annotated[
 Limits = tuple[float, float, int, float | None, int | None]
 """Values of --hit-iou, --gospa-cutoff, --points-min, --range-max and --occluded-max."""
 HIT_IOU_MIN, GOSPA_CUTOFF_M = 0.5, 2.0
-"""Defaults of `scenarios.exchange.box_grading.BoxLimits`, whose import is slower than the help."""
+"""Defaults of `luxloop.scenarios.exchange.box_grading.BoxLimits`, whose import is slower than the help."""
 
 
 def grade_files(
@@ -47,15 +47,15 @@ def grade_files(
     """
     import json
 
-    from scenarios.errors import InputError
+    from luxloop.scenarios.errors import InputError
 
     if truth is None or (tracks is None and fits is None):
         raise InputError("give RUN, or both of --truth FILE and --tracks FILE (or --fits FILE)")
     if formats[1] and tracks is None:
         raise InputError("--tracks-format: there are no tracks; give --tracks FILE, or leave it out")
     limits = _limits(given)
-    from scenarios.exchange import graded_boxes, graded_fits
-    from scenarios.report import text
+    from luxloop.scenarios.exchange import graded_boxes, graded_fits
+    from luxloop.scenarios.report import text
 
     known = _format("--truth-format", formats[0], truth)
     names = tuple(classes.split(",")) if classes is not None else ()
@@ -77,7 +77,7 @@ def grade_files(
 
 def _limits(given: Limits) -> "BoxLimits":
     """Return the limits; an InputError names the first that is out of its range."""
-    from scenarios.errors import InputError
+    from luxloop.scenarios.errors import InputError
 
     hit_iou, gospa_cutoff_m, points_min, range_max_m, occluded_max = given
     if not 0.0 < hit_iou < 1.0:
@@ -89,7 +89,7 @@ def _limits(given: Limits) -> "BoxLimits":
     if occluded_max is not None and not 0 <= occluded_max <= 3:
         raise InputError(f"--occluded-max {occluded_max}: should be a level of KITTI, 0 to 3")
 
-    from scenarios.exchange.box_grading import BoxLimits
+    from luxloop.scenarios.exchange.box_grading import BoxLimits
 
     return BoxLimits(
         hit_iou_min=hit_iou,
@@ -102,8 +102,8 @@ def _limits(given: Limits) -> "BoxLimits":
 
 def _format(option: str, name: str | None, path: Path) -> "Format":
     """Return a format by its name, or that of the content; MCAP and OSI need their packages."""
-    from scenarios.errors import InputError
-    from scenarios.exchange.file_formats import FORMATS, recognise
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.exchange.file_formats import FORMATS, recognise
 
     found = next((known for known in FORMATS if known == name), None)
     if name is not None and found is None:

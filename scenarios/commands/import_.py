@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import finite
-from scenarios.commands.extras import require
+from luxloop.scenarios.commands.arguments import finite
+from luxloop.scenarios.commands.extras import require
 
 if TYPE_CHECKING:
-    from scenarios.recordings.ego_mount import EgoMount
-    from scenarios.recordings.layer_cut import ElevationCut, HeightCut
-    from sensor_model.rig.rig import Rig
+    from luxloop.scenarios.recordings.ego_mount import EgoMount
+    from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut
+    from luxloop.sensor_model.rig.rig import Rig
 
 
 def import_(
@@ -81,11 +81,11 @@ def import_(
     ] = 1.0,
 ) -> None:
     """Make recorded scans of a recording: ROS bags, MCAP, PCD, KITTI .bin, Ouster captures, LUX streams."""
-    from scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
-    from scenarios.recordings.import_options import ImportOptions
-    from scenarios.recordings.import_recording import import_recording
-    from scenarios.recordings.layer_cut import interval
-    from scenarios.recordings.truth_option import TruthOption
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
+    from luxloop.scenarios.recordings.import_options import ImportOptions
+    from luxloop.scenarios.recordings.import_recording import import_recording
+    from luxloop.scenarios.recordings.layer_cut import interval
+    from luxloop.scenarios.recordings.truth_option import TruthOption
 
     chosen = format_of(files, format_name)
     if chosen in ("rosbag", "mcap", "ouster"):  # ouster-sdk imports rosbags
@@ -117,8 +117,8 @@ def import_(
 
 
 def _mounts(rig: str | None, mounts: list[str]) -> "tuple[Rig | None, list[EgoMount]]":
-    from scenarios.errors import InputError
-    from scenarios.recordings import ego_mount
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.recordings import ego_mount
 
     if bool(rig) == bool(mounts):
         raise InputError("give the places of the LIDARs on the ego: either --rig FILE, or --mount X,Y,Z for each")
@@ -130,8 +130,8 @@ def _mounts(rig: str | None, mounts: list[str]) -> "tuple[Rig | None, list[EgoMo
 def _cut(
     layers: str | None, heights: str | None, tolerance_m: float, step_deg: float
 ) -> "ElevationCut | HeightCut | None":
-    from scenarios.errors import InputError
-    from scenarios.recordings.layer_cut import ElevationCut, HeightCut, numbers
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut, numbers
 
     if layers and heights:
         raise InputError("--layers and --heights are both given; give one, they choose layers in different ways")

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet, Workers, finite, worker_count
-from scenarios.commands.extras import require
+from luxloop.scenarios.commands.arguments import AsJson, Quiet, Workers, finite, worker_count
+from luxloop.scenarios.commands.extras import require
 
 if TYPE_CHECKING:
-    from scenarios.league.drive import Drive
-    from scenarios.league.league_runs import Row
+    from luxloop.scenarios.league.drive import Drive
+    from luxloop.scenarios.league.league_runs import Row
 
 SCENARIOS = (
     "sumo-crossing", "two-lane-roundabout", "t-junction", "queue-discharge", "intersection-v0", "parked-row",
@@ -46,13 +46,13 @@ def league(
     require("league", "league")
     import json
 
-    from scenarios.league import league_page, league_tables
-    from scenarios.league.drive import drives
-    from scenarios.league.entrants import chosen
-    from scenarios.league.league_folder import refuse_other_files
-    from scenarios.league.league_page import Request
-    from scenarios.league.standings import standings
-    from scenarios.report import text
+    from luxloop.scenarios.league import league_page, league_tables
+    from luxloop.scenarios.league.drive import drives
+    from luxloop.scenarios.league.entrants import chosen
+    from luxloop.scenarios.league.league_folder import refuse_other_files
+    from luxloop.scenarios.league.league_page import Request
+    from luxloop.scenarios.league.standings import standings
+    from luxloop.scenarios.report import text
 
     wanted = [] if trackers is None else trackers.split(",")
     entrants = tuple(each.name for each in chosen(wanted))
@@ -79,8 +79,8 @@ def _seeds(text: str) -> tuple[int, ...]:
     InputError
         The text is neither.
     """
-    from scenarios.errors import InputError
-    from scenarios.files import seed_range
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.files import seed_range
 
     try:
         return tuple(dict.fromkeys(seed for part in text.split(",") for seed in seed_range.parse(part)))
@@ -90,9 +90,9 @@ def _seeds(text: str) -> tuple[int, ...]:
 
 def _run(todo: "list[Drive]", workers: int, hide: bool) -> "list[Row]":
     """Run all drives with a progress bar, and return their rows in the order of the request."""
-    from scenarios.errors import Interrupted
-    from scenarios.league.league_runs import carry_out
-    from scenarios.run.progress import hidden, runs
+    from luxloop.scenarios.errors import Interrupted
+    from luxloop.scenarios.league.league_runs import carry_out
+    from luxloop.scenarios.run.progress import hidden, runs
 
     rows: list[Row] = []
     try:

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenarios.commands.arguments import AsJson
+from luxloop.scenarios.commands.arguments import AsJson
 
 if TYPE_CHECKING:
-    from scenarios.files.shipped import Entry
+    from luxloop.scenarios.files.shipped import Entry
 
 
 def list_scenarios(
@@ -27,7 +27,7 @@ def list_scenarios(
     """List the shipped scenarios with a one-line description each."""
     import json
 
-    from scenarios.files import shipped
+    from luxloop.scenarios.files import shipped
 
     if folder:
         print(shipped.STUDIES if studies else shipped.CATALOG)
@@ -44,7 +44,7 @@ def list_scenarios(
 
 def _check(entries: "list[Entry]", wanted: dict[str, str], studies: bool) -> None:
     """Raise an error for an unknown family, kind or suite, with the known ones."""
-    from scenarios.errors import InputError
+    from luxloop.scenarios.errors import InputError
 
     for name, value in wanted.items():
         if studies:

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import RunFolder
-from scenarios.commands.extras import require
+from luxloop.scenarios.commands.arguments import RunFolder
+from luxloop.scenarios.commands.extras import require
 
 
 def mcap(
@@ -15,8 +15,8 @@ def mcap(
 ) -> None:
     """Write a run's recorded scans, ground truth and tracks as MCAP, for tools of ROS 2 and Foxglove."""
     require("mcap", "mcap")
-    from scenarios.offline.mcap.export import export
-    from scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.offline.mcap.export import export
+    from luxloop.scenarios.offline.recorded_run import RecordedRun
 
     frames = export(RecordedRun.open(run), file)
     print(f"{frames} frames are in {file}")

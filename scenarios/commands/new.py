@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet, finite
-from scenarios.commands.egos import Begin, Routes, Window
-from sim.candidates.want import Want
+from luxloop.scenarios.commands.arguments import AsJson, Quiet, finite
+from luxloop.scenarios.commands.egos import Begin, Routes, Window
+from luxloop.sim.candidates.want import Want
 
 
 def new(
@@ -36,9 +36,9 @@ def new(
     """Write a scenario file for some traffic: choose ego and window, check them, and say why."""
     import json
 
-    from scenarios.authoring.draft_options import DraftOptions
-    from scenarios.authoring.new_scenario import write_scenario
-    from scenarios.run.progress import hidden
+    from luxloop.scenarios.authoring.draft_options import DraftOptions
+    from luxloop.scenarios.authoring.new_scenario import write_scenario
+    from luxloop.scenarios.run.progress import hidden
 
     options = DraftOptions(out, duration, seed, want, ego, begin, window)
     with hidden(quiet or as_json):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Figures
+from luxloop.scenarios.commands.arguments import AsJson, Figures
 
 
 def occlusions(
@@ -19,9 +19,9 @@ def occlusions(
     """Survival of track ids against the time hidden, over all occlusions of some runs, by logistic regression."""
     import json
 
-    from scenarios.report import text
-    from scenarios.report.figure_files import parse_formats
-    from scenarios.study import occlusion_report, occlusion_survival
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.figure_files import parse_formats
+    from luxloop.scenarios.study import occlusion_report, occlusion_survival
 
     formats = parse_formats(figures)
     found = occlusion_survival.regress(occlusion_survival.read(runs))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from scenarios.result import Result
+    from luxloop.scenarios.result import Result
 
 SCENARIO = "paper-campus"
 """The surrogate of the paper's drive."""
@@ -24,11 +24,11 @@ def paper(
     from rich.console import Group
     from rich.text import Text
 
-    from scenarios.report import latex as latex_tables
-    from scenarios.report import paper_tables, text
-    from scenarios.report.html.page_tables import page_table
-    from scenarios.report.html.reported_run import with_later
-    from scenarios.run import run_folder
+    from luxloop.scenarios.report import latex as latex_tables
+    from luxloop.scenarios.report import paper_tables, text
+    from luxloop.scenarios.report.html.page_tables import page_table
+    from luxloop.scenarios.report.html.reported_run import with_later
+    from luxloop.scenarios.run import run_folder
 
     result = with_later(run_folder.read(run)) if run else _own_run()
     makers = [paper_tables.dataset, paper_tables.heading_error, paper_tables.heading_distribution]
@@ -42,11 +42,11 @@ def paper(
 
 def _own_run() -> "Result":
     """Return the run of the paper's scenario in its default folder, and run it first if there is none."""
-    from scenarios.execute import default_folder, execute
-    from scenarios.files import shipped
-    from scenarios.files.scenario import Scenario
-    from scenarios.report.html.reported_run import with_later
-    from scenarios.run import device, run_folder
+    from luxloop.scenarios.execute import default_folder, execute
+    from luxloop.scenarios.files import shipped
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.report.html.reported_run import with_later
+    from luxloop.scenarios.run import device, run_folder
 
     scenario = Scenario.load(shipped.find(SCENARIO))
     out = default_folder(scenario)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, finite
+from luxloop.scenarios.commands.arguments import AsJson, finite
 
 
 def realism(
@@ -29,8 +29,8 @@ def realism(
     """Compare simulated vehicles with real ones, matched by range, aspect and end seen."""
     import json
 
-    from scenarios.realism import data_set_reader, real_table, realism_comparison, realism_folder, realism_table
-    from scenarios.report import text
+    from luxloop.scenarios.realism import data_set_reader, real_table, realism_comparison, realism_folder, realism_table
+    from luxloop.scenarios.report import text
 
     if out:
         realism_folder.refuse_other_files(out)

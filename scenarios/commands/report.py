@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import Figures
+from luxloop.scenarios.commands.arguments import Figures
 
 
 def report(
@@ -25,9 +25,9 @@ def report(
     ] = None,
 ) -> None:
     """Write the report of one run, of several trackers on the same drive, or of many runs as a single HTML file."""
-    from scenarios.errors import InputError
-    from scenarios.report.figure_files import parse_formats
-    from scenarios.run import run_folder
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.report.figure_files import parse_formats
+    from luxloop.scenarios.run import run_folder
 
     formats, single = parse_formats(figures), len(folders) == 1 and (folders[0] / run_folder.RESULT).is_file()
     if (formats or latex) and not single:
@@ -47,12 +47,12 @@ def _default_path(folders: list[Path]) -> Path:
 
 def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None:
     """Write the page of several trackers on one drive, with a recording if asked for, or else of all runs."""
-    from scenarios.errors import InputError
-    from scenarios.recording import tracker_recording
-    from scenarios.report.html import pages
-    from scenarios.report.html.suite_page import find_runs, suite_page
-    from scenarios.report.html.tracker_runs import read_trackers, same_drive
-    from scenarios.report.html.trackers_page import trackers_page
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.recording import tracker_recording
+    from luxloop.scenarios.report.html import pages
+    from luxloop.scenarios.report.html.suite_page import find_runs, suite_page
+    from luxloop.scenarios.report.html.tracker_runs import read_trackers, same_drive
+    from luxloop.scenarios.report.html.trackers_page import trackers_page
 
     found = list(dict.fromkeys(run for folder in folders for run in find_runs(folder)))
     if len(folders) > 1 and same_drive(found):
@@ -69,11 +69,11 @@ def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None
 
 def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> None:
     """Write the page of a run, and beside it its figures and tables, if asked for: all of them or none."""
-    from scenarios.files import atomic_file, atomic_folder
-    from scenarios.report import figure_files
-    from scenarios.report import latex as latex_tables
-    from scenarios.report.html import pages, run_page
-    from scenarios.report.html.reported_run import ReportedRun
+    from luxloop.scenarios.files import atomic_file, atomic_folder
+    from luxloop.scenarios.report import figure_files
+    from luxloop.scenarios.report import latex as latex_tables
+    from luxloop.scenarios.report.html import pages, run_page
+    from luxloop.scenarios.report.html.reported_run import ReportedRun
 
     run = ReportedRun.read(folder)
     shown = run_page.RunFigures.of(run)

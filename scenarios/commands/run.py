@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import (
+from luxloop.scenarios.commands.arguments import (
     DEFAULT_STEP_TIMEOUT_S,
     AsJson,
     Duration,
@@ -15,10 +15,10 @@ from scenarios.commands.arguments import (
     StepTimeout,
     Tracker,
 )
-from scenarios.oracle.stage import Stage
+from luxloop.scenarios.oracle.stage import Stage
 
 if TYPE_CHECKING:
-    from scenarios.commands.run_request import RunRequest
+    from luxloop.scenarios.commands.run_request import RunRequest
 
 
 def run(
@@ -66,8 +66,8 @@ def run(
     ] = None,
 ) -> None:
     """Run a scenario, grade it, and exit with 1 if an expectation fails; with --seeds, with the worst run's code."""
-    from scenarios.commands.run_request import RunRequest
-    from scenarios.run.progress import hidden
+    from luxloop.scenarios.commands.run_request import RunRequest
+    from luxloop.scenarios.run.progress import hidden
 
     request = RunRequest(
         scenario, duration, settings or [], out, tracker, oracle or [], not no_recording, record_scans, dataset_to,
@@ -86,9 +86,9 @@ def _run_one(request: "RunRequest", seed: int | None, as_json: bool, quiet: bool
     import json
 
     outcome = request.execute(seed)
-    from scenarios.commands.run_seeds import code_of
-    from scenarios.report import text
-    from scenarios.run import run_folder
+    from luxloop.scenarios.commands.run_seeds import code_of
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.run import run_folder
 
     if as_json:
         document = run_folder.document(outcome.result, outcome.checks)
@@ -106,11 +106,11 @@ def _run_each(request: "RunRequest", seed: int | None, seeds: str, as_json: bool
     """Run several seeds, print their tables or JSON, and return the exit code of the worst."""
     import json
 
-    from scenarios.commands.run_seeds import run_seeds
-    from scenarios.errors import InputError
-    from scenarios.files import seed_range
-    from scenarios.report import text
-    from scenarios.report.seed_table import seed_report
+    from luxloop.scenarios.commands.run_seeds import run_seeds
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.files import seed_range
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.seed_table import seed_report
 
     if seed is not None:
         raise InputError("--seed and --seeds are both given; omit one")

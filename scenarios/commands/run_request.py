@@ -6,14 +6,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.commands.arguments import cores, overrides
-from scenarios.errors import InputError
+from luxloop.scenarios.commands.arguments import cores, overrides
+from luxloop.scenarios.errors import InputError
 
 if TYPE_CHECKING:
-    from scenarios.execute import ExecutedRun
-    from scenarios.files.scenario import Scenario
-    from scenarios.oracle.stage import Stage
-    from scenarios.run.device import DeviceFactory
+    from luxloop.scenarios.execute import ExecutedRun
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.oracle.stage import Stage
+    from luxloop.scenarios.run.device import DeviceFactory
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class RunRequest:
         DeviceError
             It cannot be loaded.
         """
-        from scenarios.oracle.device_choice import choose
+        from luxloop.scenarios.oracle.device_choice import choose
 
         return choose(self.tracker, self.stages)
 
@@ -54,11 +54,11 @@ class RunRequest:
         InputError
             The file or a key is invalid.
         """
-        from scenarios.files import shipped, toml_file
+        from luxloop.scenarios.files import shipped, toml_file
 
         path = shipped.find(self.scenario)
         toml_file.read(path)  # reports a misspelt name or invalid TOML before the slow imports
-        from scenarios.files.scenario import Scenario
+        from luxloop.scenarios.files.scenario import Scenario
 
         return Scenario.load(path, overrides(seed, self.duration_s), self.settings)
 
@@ -79,13 +79,13 @@ class RunRequest:
         Raises
         ------
         Exception
-            As `scenarios.execute.execute`.
+            As `luxloop.scenarios.execute.execute`.
         """
         ahead = cores() > 1 if self.ahead is None else self.ahead
         if ahead:
             self._start_ahead()
         scenario = self.load(seed)
-        from scenarios.execute import default_folder, execute
+        from luxloop.scenarios.execute import default_folder, execute
 
         device = self.device
         default = default_folder(scenario, self.stages, self.tracker)
@@ -102,9 +102,9 @@ class RunRequest:
 
     def _start_ahead(self) -> None:
         """Let the process of traffic and LIDARs import its modules, which take a second, while this one does."""
-        from scenarios.files import shipped, toml_file
+        from luxloop.scenarios.files import shipped, toml_file
 
         toml_file.read(shipped.find(self.scenario))  # a misspelt name needs no process
-        from sim.process.process_source import start_early
+        from luxloop.sim.process.process_source import start_early
 
-        start_early("scenarios.run.scan_source")
+        start_early("luxloop.scenarios.run.scan_source")

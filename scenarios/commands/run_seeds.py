@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scenarios.commands.error_line import print_early_end, print_error
-from scenarios.errors import ContractError, Interrupted
+from luxloop.scenarios.commands.error_line import print_early_end, print_error
+from luxloop.scenarios.errors import ContractError, Interrupted
 
 if TYPE_CHECKING:
-    from scenarios.commands.run_request import RunRequest
-    from scenarios.execute import ExecutedRun
+    from luxloop.scenarios.commands.run_request import RunRequest
+    from luxloop.scenarios.execute import ExecutedRun
 
 BROKEN_TRACKER = 4
 
@@ -33,8 +33,8 @@ class SeedRuns:
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document of all runs."""
-        from scenarios.report.seed_table import summary
-        from scenarios.run import run_folder
+        from luxloop.scenarios.report.seed_table import summary
+        from luxloop.scenarios.run import run_folder
 
         runs = [{**run_folder.document(run.result, run.checks), "out": str(run.out)} for run in self.done.values()]
         errors = [{"seed": seed, "error": message} for seed, message in self.errors.items()]

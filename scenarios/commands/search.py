@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import RetryErrors, Scheduler, StudyName, Tracker, Workers, worker_count
-from scenarios.commands.extras import require
+from luxloop.scenarios.commands.arguments import RetryErrors, Scheduler, StudyName, Tracker, Workers, worker_count
+from luxloop.scenarios.commands.extras import require
 
 
 def search(
@@ -22,9 +22,9 @@ def search(
     Exit with 1 if one is found. A second start reuses the runs of an earlier one.
     """
     require("search", "search")
-    from scenarios.run.device import SHIPPED, absolute
-    from scenarios.search.adversary import search as find_failure
-    from scenarios.study.study_file import Study, find
+    from luxloop.scenarios.run.device import SHIPPED, absolute
+    from luxloop.scenarios.search.adversary import search as find_failure
+    from luxloop.scenarios.study.study_file import Study, find
 
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("searches") / path.stem

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenarios.commands.arguments import (
+from luxloop.scenarios.commands.arguments import (
     AsJson,
     Figures,
     Quiet,
@@ -16,11 +16,11 @@ from scenarios.commands.arguments import (
     Workers,
     worker_count,
 )
-from scenarios.commands.extras import require
+from luxloop.scenarios.commands.extras import require
 
 if TYPE_CHECKING:
-    from scenarios.study.study_file import Study
-    from scenarios.study.sweep_runs import Sweep
+    from luxloop.scenarios.study.study_file import Study
+    from luxloop.scenarios.study.sweep_runs import Sweep
 
 
 def sweep(
@@ -52,12 +52,12 @@ def sweep(
     require("sweep", "sweeps")
     import json
 
-    from scenarios.report.figure_files import parse_formats
-    from scenarios.run.device import SHIPPED, absolute
-    from scenarios.run.progress import hidden
-    from scenarios.study.study_file import Study, find
-    from scenarios.study.study_page import report
-    from scenarios.study.sweep_runs import sweep as run_study
+    from luxloop.scenarios.report.figure_files import parse_formats
+    from luxloop.scenarios.run.device import SHIPPED, absolute
+    from luxloop.scenarios.run.progress import hidden
+    from luxloop.scenarios.study.study_file import Study, find
+    from luxloop.scenarios.study.study_page import report
+    from luxloop.scenarios.study.sweep_runs import sweep as run_study
 
     formats = parse_formats(figures)
     path, count = find(study), worker_count(workers, scheduler)
@@ -77,7 +77,7 @@ def sweep(
 
 def _announcement(study: "Study") -> str:
     """Return the first line of the output, which names the number of runs before any of them begins."""
-    from scenarios.study.design import combinations
+    from luxloop.scenarios.study.design import combinations
 
     count, seeds = len(combinations(study)), len(study.seed_list)
     return f"{count * seeds} runs in {study.path.stem} (combinations: {count}, seeds: {seeds})"
@@ -85,8 +85,8 @@ def _announcement(study: "Study") -> str:
 
 def document(done: "Sweep", out: Path) -> dict[str, Any]:
     """Return the JSON document of `--json`."""
-    from scenarios.study.row_store import RUNS
-    from scenarios.study.study_page import REPORT
+    from luxloop.scenarios.study.row_store import RUNS
+    from luxloop.scenarios.study.study_page import REPORT
 
     return {
         "study": done.study.path.stem,

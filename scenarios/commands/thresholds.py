@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import (
+from luxloop.scenarios.commands.arguments import (
     AsJson,
     Figures,
     RetryErrors,
@@ -15,7 +15,7 @@ from scenarios.commands.arguments import (
     Workers,
     worker_count,
 )
-from scenarios.commands.extras import require
+from luxloop.scenarios.commands.extras import require
 
 
 def thresholds(
@@ -35,13 +35,13 @@ def thresholds(
     require("thresholds", "sweeps")
     import json
 
-    from scenarios.report import text
-    from scenarios.report.figure_files import parse_formats
-    from scenarios.run.device import SHIPPED, absolute
-    from scenarios.run.progress import hidden
-    from scenarios.search import threshold_report
-    from scenarios.search.thresholds import thresholds as estimate
-    from scenarios.study.study_file import Study, find
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.figure_files import parse_formats
+    from luxloop.scenarios.run.device import SHIPPED, absolute
+    from luxloop.scenarios.run.progress import hidden
+    from luxloop.scenarios.search import threshold_report
+    from luxloop.scenarios.search.thresholds import thresholds as estimate
+    from luxloop.scenarios.study.study_file import Study, find
 
     formats = parse_formats(figures)
     path, count = find(study), worker_count(workers, scheduler)

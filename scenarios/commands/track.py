@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout, Tracker
+from luxloop.scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout, Tracker
 
 
 def track(
@@ -23,13 +23,13 @@ def track(
     """Run a tracker over recorded scans: tracks, a report with pictures, and a recording for the viewer."""
     import json
 
-    from scenarios.execute import file_name
-    from scenarios.files.expect import verdict
-    from scenarios.recordings.recording import Recording
-    from scenarios.recordings.recording_rules import rules_of
-    from scenarios.recordings.track_recording import PAGE, track_recording
-    from scenarios.report import text
-    from scenarios.run import device, run_folder
+    from luxloop.scenarios.execute import file_name
+    from luxloop.scenarios.files.expect import verdict
+    from luxloop.scenarios.recordings.recording import Recording
+    from luxloop.scenarios.recordings.recording_rules import rules_of
+    from luxloop.scenarios.recordings.track_recording import PAGE, track_recording
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.run import device, run_folder
 
     scans = Recording(recording)
     name = tracker or device.SHIPPED

@@ -14,10 +14,10 @@ def trends(
     out: Annotated[Path, typer.Option(metavar="FILE", help="The page to write.")] = Path("trends.html"),
 ) -> None:
     """Draw the key metrics over many baselines, of all runs together and of each scenario, on one page."""
-    from scenarios.compare import sides, trends_page
-    from scenarios.compare.trend_values import trends as trends_of
-    from scenarios.report import text
-    from scenarios.report.html import pages
+    from luxloop.scenarios.compare import sides, trends_page
+    from luxloop.scenarios.compare.trend_values import trends as trends_of
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.html import pages
 
     found = trends_of([sides.read(path) for path in baselines])
     pages.write(out, trends_page.trends_page(found))

@@ -19,9 +19,9 @@ def view(
     ] = False,
 ) -> None:
     """Open a run's recording in the rerun viewer, at the worst frame of a failed expectation."""
-    from scenarios.recording import viewer
-    from scenarios.report.html.reported_run import ReportedRun
-    from scenarios.run import run_folder
+    from luxloop.scenarios.recording import viewer
+    from luxloop.scenarios.report.html.reported_run import ReportedRun
+    from luxloop.scenarios.run import run_folder
 
     recording = run if run.suffix == ".rrd" and run.is_file() else run_folder.recording(run)
     if not web:

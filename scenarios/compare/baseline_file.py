@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.compare.digest import Expectation, Key, RunDigest
-from scenarios.compare.truth_sums import TRUTH
-from scenarios.compare.vehicle_sums import SUMS, VehicleSums
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file, atomic_folder
-from scenarios.grading.tracking_scores import ALPHAS
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.digest import Expectation, Key, RunDigest
+from luxloop.scenarios.compare.truth_sums import TRUTH
+from luxloop.scenarios.compare.vehicle_sums import SUMS, VehicleSums
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file, atomic_folder
+from luxloop.scenarios.grading.tracking_scores import ALPHAS
 
 FORMAT = 2
 """Format version; increased by incompatible changes."""

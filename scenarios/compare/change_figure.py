@@ -3,9 +3,9 @@
 import math
 from typing import TYPE_CHECKING
 
-from scenarios.compare.comparison import Comparison, MetricChange
-from scenarios.report.html.palette import BAD, FAINT, GOOD, INK, LINE, PANEL, WARN
-from scenarios.report.html.svg_figure import Figure, draw
+from luxloop.scenarios.compare.comparison import Comparison, MetricChange
+from luxloop.scenarios.report.html.palette import BAD, FAINT, GOOD, INK, LINE, PANEL, WARN
+from luxloop.scenarios.report.html.svg_figure import Figure, draw
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,10 +10,10 @@ from typing import Literal
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.compare.vehicle_sums import COLUMNS
-from scenarios.grading import score_sums
-from scenarios.grading.tracking_scores import ALPHAS
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.vehicle_sums import COLUMNS
+from luxloop.scenarios.grading import score_sums
+from luxloop.scenarios.grading.tracking_scores import ALPHAS
 
 _INDEX = {name: index for index, name in enumerate(COLUMNS)}
 

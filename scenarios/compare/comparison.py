@@ -6,13 +6,13 @@ from typing import Literal
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
-from scenarios.compare.digest import Key
-from scenarios.compare.expectation_changes import ExpectationChange, expectation_changes
-from scenarios.compare.resampling import Difference, differences
-from scenarios.compare.run_pairs import Pairs
-from scenarios.compare.single_scenarios import ScenarioLoss, losses
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
+from luxloop.scenarios.compare.digest import Key
+from luxloop.scenarios.compare.expectation_changes import ExpectationChange, expectation_changes
+from luxloop.scenarios.compare.resampling import Difference, differences
+from luxloop.scenarios.compare.run_pairs import Pairs
+from luxloop.scenarios.compare.single_scenarios import ScenarioLoss, losses
 
 LEVEL = 0.01
 """Family-wise error rate: probability that any pooled metric is called better or worse without a real change; also the

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from scenarios.compare.comparison import Comparison
-from scenarios.compare.comparison_markdown import markdown
-from scenarios.compare.comparison_page import comparison_page
-from scenarios.errors import OutputError
-from scenarios.report.html import pages
+from luxloop.scenarios.compare.comparison import Comparison
+from luxloop.scenarios.compare.comparison_markdown import markdown
+from luxloop.scenarios.compare.comparison_page import comparison_page
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.report.html import pages
 
 MAKERS = {".html": comparison_page, ".md": markdown}
 STEM = "comparison"

@@ -3,11 +3,11 @@
 import math
 from typing import Any
 
-from scenarios.compare.compared_metrics import COMPARED_METRICS
-from scenarios.compare.comparison import LEVEL, Comparison, MetricChange
-from scenarios.compare.expectation_changes import ExpectationChange
-from scenarios.compare.run_pair import Pair
-from scenarios.compare.single_scenarios import ScenarioLoss
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
+from luxloop.scenarios.compare.comparison import LEVEL, Comparison, MetricChange
+from luxloop.scenarios.compare.expectation_changes import ExpectationChange
+from luxloop.scenarios.compare.run_pair import Pair
+from luxloop.scenarios.compare.single_scenarios import ScenarioLoss
 
 
 def document(comparison: Comparison, base: str, head: str) -> dict[str, Any]:

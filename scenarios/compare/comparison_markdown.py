@@ -3,8 +3,8 @@
 import re
 from collections.abc import Sequence
 
-from scenarios.compare.comparison import Comparison
-from scenarios.compare.comparison_summary import (
+from luxloop.scenarios.compare.comparison import Comparison
+from luxloop.scenarios.compare.comparison_summary import (
     INTERVALS,
     compared_runs,
     expected_value,

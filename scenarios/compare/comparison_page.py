@@ -4,10 +4,10 @@ import math
 import shlex
 from collections.abc import Sequence
 
-from scenarios.compare.change_figure import change_figure
-from scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
-from scenarios.compare.comparison import Comparison, MetricChange
-from scenarios.compare.comparison_summary import (
+from luxloop.scenarios.compare.change_figure import change_figure
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
+from luxloop.scenarios.compare.comparison import Comparison, MetricChange
+from luxloop.scenarios.compare.comparison_summary import (
     INTERVALS,
     compared_runs,
     expected_value,
@@ -17,10 +17,10 @@ from scenarios.compare.comparison_summary import (
     sentence,
     statements,
 )
-from scenarios.compare.run_pair import Pair
-from scenarios.report.cells import NONE
-from scenarios.report.html.page_tables import Cell, PageTable, Row
-from scenarios.report.html.pages import render
+from luxloop.scenarios.compare.run_pair import Pair
+from luxloop.scenarios.report.cells import NONE
+from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
+from luxloop.scenarios.report.html.pages import render
 
 BADGES = {
     "worse": "failed", "lost": "failed", "newly failed": "failed", "better": "passed", "mended": "passed",

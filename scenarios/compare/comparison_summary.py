@@ -3,12 +3,12 @@
 import math
 from dataclasses import dataclass
 
-from scenarios.compare.comparison import LEVEL, Comparison, MetricChange
-from scenarios.compare.digest import Expectation
-from scenarios.compare.expectation_changes import ExpectationChange
-from scenarios.compare.run_pairs import listed
-from scenarios.compare.single_scenarios import ScenarioLoss
-from scenarios.report.cells import NONE
+from luxloop.scenarios.compare.comparison import LEVEL, Comparison, MetricChange
+from luxloop.scenarios.compare.digest import Expectation
+from luxloop.scenarios.compare.expectation_changes import ExpectationChange
+from luxloop.scenarios.compare.run_pairs import listed
+from luxloop.scenarios.compare.single_scenarios import ScenarioLoss
+from luxloop.scenarios.report.cells import NONE
 
 INTERVALS = (
     "The 95 % interval of a change follows from its spread as each vehicle is left out in turn: an interval that "

@@ -5,11 +5,11 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.compare.comparison import Comparison, MetricChange
-from scenarios.compare.comparison_summary import compared_runs, expected_value, false_positives, number
-from scenarios.compare.run_pairs import listed
-from scenarios.compare.single_scenarios import ScenarioLoss
-from scenarios.report.cells import table_of
+from luxloop.scenarios.compare.comparison import Comparison, MetricChange
+from luxloop.scenarios.compare.comparison_summary import compared_runs, expected_value, false_positives, number
+from luxloop.scenarios.compare.run_pairs import listed
+from luxloop.scenarios.compare.single_scenarios import ScenarioLoss
+from luxloop.scenarios.report.cells import table_of
 
 COLORS = {"worse": "red", "lost": "red", "better": "green", "unclear": "yellow", "cannot tell": "yellow"}
 """Colours of verdicts that need attention, the most important first."""

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scenarios.compare.vehicle_sums import VehicleSums, vehicle_sums
-from scenarios.errors import OutputError
-from scenarios.files.expect import ExpectationOutcome, Limit, check
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.result import Result
-from scenarios.run import run_folder
+from luxloop.scenarios.compare.vehicle_sums import VehicleSums, vehicle_sums
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files.expect import ExpectationOutcome, Limit, check
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import run_folder
 
 PROSE = ("description", "reason", "suite", "set", "metric", "ego")
 """Keys of a run's configuration without influence on its compared metrics; those that `--set` sets have it."""

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.compare.compared_metrics import ComparedMetric, values
-from scenarios.compare.resampling import SEED, TIE
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.compared_metrics import ComparedMetric, values
+from luxloop.scenarios.compare.resampling import SEED, TIE
 
 EXACT_UNITS = 13
 """Most units of which all exchanges are counted."""

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from scenarios.compare.digest import Expectation, Key
-from scenarios.compare.run_pair import Pair
+from luxloop.scenarios.compare.digest import Expectation, Key
+from luxloop.scenarios.compare.run_pair import Pair
 
 ExpectationFate = Literal["newly failed", "now known to fail", "still failing", "mended"]
 

@@ -1,7 +1,7 @@
 """Intervals and p-values of differences between BASE and HEAD over paired vehicles.
 
 Intervals: each vehicle is left out in turn, with its frames in BASE and in HEAD (paired jackknife, by
-`scenarios.statistics`). Resamples with replacement would be too narrow for few vehicles.
+`luxloop.scenarios.statistics`). Resamples with replacement would be too narrow for few vehicles.
 
 P-values: under the null hypothesis, the labels BASE and HEAD of a vehicle are exchangeable. Random exchanges give the
 distribution of every difference (paired randomisation test, Fisher 1935, The Design of Experiments, section 21), which
@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.compare.compared_metrics import ComparedMetric, values
-from scenarios.statistics.jackknife import effective_clusters, standard_error, student
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.compared_metrics import ComparedMetric, values
+from luxloop.scenarios.statistics.jackknife import effective_clusters, standard_error, student
 
 RESAMPLES = 2000
 SEED = 0

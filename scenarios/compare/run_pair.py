@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.compare.digest import Key, RunDigest
-from scenarios.compare.truth_sums import counterparts
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.compare.digest import Key, RunDigest
+from luxloop.scenarios.compare.truth_sums import counterparts
+from luxloop.sensor_model.truth import NO_ACTOR
 
 SUMS_TOLERANCE = 2e-6
 """Relative difference of two sums that is none: another CPU and the rounding of the baseline change them by 1e-6."""

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from scenarios.compare.digest import LIMITS, Key, RunDigest, differing
-from scenarios.compare.run_pair import Pair
-from scenarios.compare.sides import Side
-from scenarios.errors import InputError
+from luxloop.scenarios.compare.digest import LIMITS, Key, RunDigest, differing
+from luxloop.scenarios.compare.run_pair import Pair
+from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.errors import InputError
 
 MAY_DIFFER = {"device": "The device under test", "tracker": "The [tracker] table", LIMITS: "The [expect] table"}
 """Sections of the configuration that may differ between BASE and HEAD, with their names in notes."""

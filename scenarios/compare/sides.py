@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.compare import baseline_file
-from scenarios.compare.digest import Key, RunDigest, read_run
-from scenarios.errors import OutputError
-from scenarios.run import run_folder
+from luxloop.scenarios.compare import baseline_file
+from luxloop.scenarios.compare.digest import Key, RunDigest, read_run
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.run import run_folder
 
 
 @dataclass(frozen=True, slots=True)

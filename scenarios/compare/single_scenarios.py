@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
-from scenarios.compare.exchanges import LossTest, loss_test
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
+from luxloop.scenarios.compare.exchanges import LossTest, loss_test
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup, escape
 
-from scenarios.arrays import Floats
-from scenarios.compare.compared_metrics import ComparedMetric
-from scenarios.compare.comparison import MetricVerdict
-from scenarios.compare.trend_values import KEY_METRICS, TITLES, Trends
-from scenarios.report.html.palette import BAD, BLUE, GOOD, WARN
-from scenarios.report.html.svg_figure import Figure, draw
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.compared_metrics import ComparedMetric
+from luxloop.scenarios.compare.comparison import MetricVerdict
+from luxloop.scenarios.compare.trend_values import KEY_METRICS, TITLES, Trends
+from luxloop.scenarios.report.html.palette import BAD, BLUE, GOOD, WARN
+from luxloop.scenarios.report.html.svg_figure import Figure, draw
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.compare import run_pairs
-from scenarios.compare.compared_metrics import COMPARED_METRICS, values
-from scenarios.compare.comparison import MetricVerdict, compare
-from scenarios.compare.digest import Key, RunDigest, differing
-from scenarios.compare.sides import Side
-from scenarios.errors import InputError
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare import run_pairs
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, values
+from luxloop.scenarios.compare.comparison import MetricVerdict, compare
+from luxloop.scenarios.compare.digest import Key, RunDigest, differing
+from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.errors import InputError
 
 TITLES = {
     "track.hota": "HOTA", "track.idf1": "IDF1", "track.missed_rate": "missed", "track.false_rate": "false",

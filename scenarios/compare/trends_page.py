@@ -8,12 +8,12 @@ from markupsafe import Markup
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.arrays import Floats
-from scenarios.compare.trend_figures import small_line, suite_figures
-from scenarios.compare.trend_values import KEY_METRICS, TITLES, Trends
-from scenarios.report.cells import NONE, table_of
-from scenarios.report.html.page_tables import page_table
-from scenarios.report.html.pages import render
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.trend_figures import small_line, suite_figures
+from luxloop.scenarios.compare.trend_values import KEY_METRICS, TITLES, Trends
+from luxloop.scenarios.report.cells import NONE, table_of
+from luxloop.scenarios.report.html.page_tables import page_table
+from luxloop.scenarios.report.html.pages import render
 
 HOTA = [metric.name for metric in KEY_METRICS].index("track.hota")
 STYLES = {"worse": "red", "lost": "red", "better": "green", "unclear": "yellow"}

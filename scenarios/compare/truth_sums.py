@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.compare.vehicle_rows import VehicleRows
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.compare.vehicle_rows import VehicleRows
 
 TRACKER_COLUMNS = ("track_id", "segments", "largest_segment_share")
 """Columns of the truth table that depend on the tracker."""

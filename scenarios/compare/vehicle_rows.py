@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.sensor_model.truth import NO_ACTOR
 
 
 class VehicleRows(NamedTuple):

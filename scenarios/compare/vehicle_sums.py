@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
-from scenarios.compare.truth_sums import truth_sums
-from scenarios.compare.vehicle_rows import VehicleRows
-from scenarios.grading import mode_metrics, occlusion_metrics
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.score_sums import reached
-from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
-from scenarios.grading.tracking_sequence import tracking_sequence
-from sensor_model.truth import NO_ACTOR
-from tracker.records import MODELS
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.compare.truth_sums import truth_sums
+from luxloop.scenarios.compare.vehicle_rows import VehicleRows
+from luxloop.scenarios.grading import mode_metrics, occlusion_metrics
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.score_sums import reached
+from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
+from luxloop.scenarios.grading.tracking_sequence import tracking_sequence
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.records import MODELS
 
 SUMS = (
     *("observations", "reported", "hits", "switches", "identified"),
@@ -64,7 +64,7 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
     Parameters
     ----------
     tables
-        As in `scenarios.grading.frame_tables`.
+        As in `luxloop.scenarios.grading.frame_tables`.
     config
         Limits of the run's grading.
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.control.surroundings import Surroundings
-from scenarios.grading.plane_geometry import CORNER_SIGNS, corner
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.control.surroundings import Surroundings
+from luxloop.scenarios.grading.plane_geometry import CORNER_SIGNS, corner
 
 _MIN_SPEED = 1.0
 """[m/s] Lower bound of the speed in curvature = yaw rate / speed, which is undefined at standstill."""

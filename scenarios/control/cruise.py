@@ -7,9 +7,9 @@ Physical Review E 62 (2000) 1805.
 import math
 from dataclasses import dataclass
 
-from scenarios.control.control_config import CruiseConfig
-from scenarios.control.corridor import LeadVehicle, find_lead
-from scenarios.control.surroundings import Surroundings
+from luxloop.scenarios.control.control_config import CruiseConfig
+from luxloop.scenarios.control.corridor import LeadVehicle, find_lead
+from luxloop.scenarios.control.surroundings import Surroundings
 
 _EXPONENT = 4
 """delta of the model: exponent of the acceleration's decrease towards the set speed."""

@@ -1,13 +1,13 @@
 """Closed-loop drives of the ego: on the tracks, and on the ground truth."""
 
-from scenarios.control.control_config import CruiseConfig
-from scenarios.control.cruise import CruiseController, Decision
-from scenarios.control.safety import SafetyLog
-from scenarios.control.surroundings import TrackedSurroundings, true_surroundings
-from sim.source import EgoCommand, TrafficSource
-from sim.world import WorldFrame
-from tracker.records import Tracks
-from tracker.scan import Scan
+from luxloop.scenarios.control.control_config import CruiseConfig
+from luxloop.scenarios.control.cruise import CruiseController, Decision
+from luxloop.scenarios.control.safety import SafetyLog
+from luxloop.scenarios.control.surroundings import TrackedSurroundings, true_surroundings
+from luxloop.sim.source import EgoCommand, TrafficSource
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
 
 
 class TrackDriver:

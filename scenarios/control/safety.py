@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scenarios.control.corridor import find_lead
-from scenarios.control.surroundings import true_surroundings
-from scenarios.grading.metric_names import DRIVERS, SAFETY
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.plane_geometry import iou_table, turned
-from scenarios.result import Metric
-from sim.world import WorldFrame
+from luxloop.scenarios.control.corridor import find_lead
+from luxloop.scenarios.control.surroundings import true_surroundings
+from luxloop.scenarios.grading.metric_names import DRIVERS, SAFETY
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.plane_geometry import iou_table, turned
+from luxloop.scenarios.result import Metric
+from luxloop.sim.world import WorldFrame
 
 NO_CONTROL = "the scenario has no [control]: the traffic model drives the ego"
 NO_LEAD = "there was no lead vehicle"

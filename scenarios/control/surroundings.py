@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.articulated import parts
-from scenarios.grading.plane_geometry import into_frame, turned, wrap
-from scenarios.grading.track_matches import track_boxes
-from sim.world import Ego, WorldFrame
-from tracker.records import Status, Tracks
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.articulated import parts
+from luxloop.scenarios.grading.plane_geometry import into_frame, turned, wrap
+from luxloop.scenarios.grading.track_matches import track_boxes
+from luxloop.sim.world import Ego, WorldFrame
+from luxloop.tracker.records import Status, Tracks
+from luxloop.tracker.scan import Scan
 
 _VELOCITY = slice(2, 4)
 """Components of the velocity in `Tracks.mean`."""

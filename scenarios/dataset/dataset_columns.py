@@ -8,12 +8,12 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from scenarios.grading.articulated import ARTICULATION
-from scenarios.grading.frame_tables import VIEW_NAMES
-from scenarios.result import Result
-from sensor_model.truth import Cause, Loss, Part
-from sim.world import Kind
-from tracker.records import MODELS
+from luxloop.scenarios.grading.articulated import ARTICULATION
+from luxloop.scenarios.grading.frame_tables import VIEW_NAMES
+from luxloop.scenarios.result import Result
+from luxloop.sensor_model.truth import Cause, Loss, Part
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import MODELS
 
 Values = dict[str, npt.NDArray[Any]]
 

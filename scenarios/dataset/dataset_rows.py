@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Floats32
-from scenarios.dataset.dataset_columns import Values
-from scenarios.grading.articulated import ARTICULATION
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.grading.plane_geometry import corner, into_frame, nearest_sign
-from sensor_model.truth import ScanTruth
-from sim.world import Actors, Ego, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats, Floats32
+from luxloop.scenarios.dataset.dataset_columns import Values
+from luxloop.scenarios.grading.articulated import ARTICULATION
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.plane_geometry import corner, into_frame, nearest_sign
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Actors, Ego, WorldFrame
+from luxloop.tracker.scan import Scan
 
 PLACE = ("x_ego_m", "y_ego_m", "z_ego_m")
 POSE, POSE_EGO = ("x_world_m", "y_world_m", "heading_world_rad"), ("x_ego_m", "y_ego_m", "heading_ego_rad")

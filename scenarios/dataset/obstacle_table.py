@@ -6,8 +6,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from scenarios.dataset.dataset_columns import OBSTACLES
-from sim.world import Obstacles
+from luxloop.scenarios.dataset.dataset_columns import OBSTACLES
+from luxloop.sim.world import Obstacles
 
 FILE = "obstacles.parquet"
 

@@ -23,16 +23,16 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from scenarios.dataset import obstacle_table
-from scenarios.dataset.dataset_columns import FILES, Column, Values, readme
-from scenarios.dataset.dataset_rows import rows_of
-from scenarios.errors import OutputError
-from scenarios.files import atomic_folder
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.result import Result
-from sensor_model.truth import ScanTruth
-from sim.world import Obstacles, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.dataset import obstacle_table
+from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values, readme
+from luxloop.scenarios.dataset.dataset_rows import rows_of
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.result import Result
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.scan import Scan
 
 OPTION = "--dataset"
 """Command-line option, for error messages."""

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
-from scenarios.exchange.box_metric import mean, metric
-from scenarios.exchange.box_metric_names import DEFINITIONS
-from scenarios.exchange.pair_errors import distance_steps, pair_errors
-from scenarios.exchange.paired_frames import FramePairs, tracking_sequence
-from scenarios.exchange.recall_average import average, recall_curve, track_scores
-from scenarios.grading import gospa
-from scenarios.grading.id_switches import clear_hits
-from scenarios.grading.tracking_scores import TrackingScores
-from scenarios.grading.tracking_sequence import TrackingSequence
-from scenarios.result import Metric
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.exchange.box_metric import mean, metric
+from luxloop.scenarios.exchange.box_metric_names import DEFINITIONS
+from luxloop.scenarios.exchange.pair_errors import distance_steps, pair_errors
+from luxloop.scenarios.exchange.paired_frames import FramePairs, tracking_sequence
+from luxloop.scenarios.exchange.recall_average import average, recall_curve, track_scores
+from luxloop.scenarios.grading import gospa
+from luxloop.scenarios.grading.id_switches import clear_hits
+from luxloop.scenarios.grading.tracking_scores import TrackingScores
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.result import Metric
 
 NO_TRUTH = "the truth has no boxes"
 NO_BOXES = "the files have no boxes"

@@ -1,8 +1,8 @@
 """Metrics of files by name, with the reason of a missing value."""
 
-from scenarios.arrays import Floats
-from scenarios.exchange.box_metric_names import DEFINITIONS
-from scenarios.result import Metric
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.exchange.box_metric_names import DEFINITIONS
+from luxloop.scenarios.result import Metric
 
 
 def metric(name: str, value: float | None, n: int, why_none: str) -> dict[str, Metric]:

@@ -1,6 +1,6 @@
 """Names, units and meanings of the metrics of truth and tracks in files."""
 
-from scenarios.grading.metric_definition import Definition, register
+from luxloop.scenarios.grading.metric_definition import Definition, register
 
 SCORES = (
     Definition("track.hota", "1", "higher order tracking accuracy"),

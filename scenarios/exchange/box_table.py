@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.errors import TracksError
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.errors import TracksError
 
 Texts = npt.NDArray[np.str_]
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from scenarios.arrays import Bools
-from scenarios.errors import TracksError
-from scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
+from luxloop.scenarios.arrays import Bools
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
 
 
 def in_common_axes(truth: list[BoxTable], tracks: list[BoxTable]) -> tuple[BoxTable, BoxTable]:

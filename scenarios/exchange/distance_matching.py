@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.arrays import Bools, Floats, Ints
 
 NOT_MATCHED = -1
 

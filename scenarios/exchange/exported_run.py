@@ -7,12 +7,12 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats32
-from scenarios.errors import OutputError
-from scenarios.exchange.tabular_boxes import CONFIRMED
-from scenarios.files import atomic_folder
-from scenarios.offline.recorded_run import RecordedRun
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats32
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.exchange.tabular_boxes import CONFIRMED
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.tracker.scan import Scan
 
 TRACK_HEIGHT_M = 1.5
 """Height of the boxes of tracks; the tracker estimates none."""

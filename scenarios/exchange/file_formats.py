@@ -4,9 +4,9 @@ import codecs
 from pathlib import Path
 from typing import Literal, get_args
 
-from scenarios.errors import TracksError
-from scenarios.exchange.box_table import BoxTable
-from scenarios.exchange.file_role import Role
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.box_table import BoxTable
+from luxloop.scenarios.exchange.file_role import Role
 
 Format = Literal["csv", "parquet", "kitti", "nuscenes", "mcap", "osi"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -51,28 +51,28 @@ def read(path: Path, role: Role, file_format: Format | None = None) -> list[BoxT
     """
     file_format = file_format or recognise(path)
     if file_format == "kitti":
-        from scenarios.exchange import kitti_folder, kitti_labels
+        from luxloop.scenarios.exchange import kitti_folder, kitti_labels
 
         return [kitti_labels.read(kitti_folder.sequence(path, role) if path.is_dir() else path)]
     if file_format == "nuscenes":
-        from scenarios.exchange import nuscenes_results, nuscenes_tables
+        from luxloop.scenarios.exchange import nuscenes_results, nuscenes_tables
 
         return [nuscenes_tables.read(path) if path.is_dir() else nuscenes_results.read(path)]
     if file_format == "osi":
-        from scenarios.exchange.osi import trace_boxes
+        from luxloop.scenarios.exchange.osi import trace_boxes
 
         return trace_boxes.read(path, role)
     if file_format == "mcap":
-        from scenarios.exchange import mcap_boxes
+        from luxloop.scenarios.exchange import mcap_boxes
 
         return mcap_boxes.read(path, role)
-    from scenarios.exchange import tabular_boxes
+    from luxloop.scenarios.exchange import tabular_boxes
 
     return tabular_boxes.read(path, parquet=file_format == "parquet")
 
 
 def _of_folder(path: Path) -> Format:
-    from scenarios.exchange import kitti_folder, nuscenes_tables
+    from luxloop.scenarios.exchange import kitti_folder, nuscenes_tables
 
     if nuscenes_tables.folder_of_tables(path):
         return "nuscenes"

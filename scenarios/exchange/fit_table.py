@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.errors import TracksError
-from scenarios.exchange import tabular_boxes
-from scenarios.exchange.box_table import BoxTable, Texts
-from scenarios.exchange.file_formats import recognise
-from scenarios.offline.track_columns import read_table, require
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange import tabular_boxes
+from luxloop.scenarios.exchange.box_table import BoxTable, Texts
+from luxloop.scenarios.exchange.file_formats import recognise
+from luxloop.scenarios.offline.track_columns import read_table, require
 
 METHOD = "method"
 """Column with the name of the method of each rectangle; without it, all are of one."""

@@ -9,17 +9,17 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.exchange.box_grading import BoxLimits, grade
-from scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES
-from scenarios.exchange.box_table import BoxTable
-from scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
-from scenarios.exchange.file_formats import Format, read
-from scenarios.exchange.ignored_boxes import leave_out
-from scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
-from scenarios.grading.metric_definition import Definition
-from scenarios.report.cells import counted, table_of, value_of
-from scenarios.result import Metric
-from scenarios.run.run_folder import metric_document
+from luxloop.scenarios.exchange.box_grading import BoxLimits, grade
+from luxloop.scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES
+from luxloop.scenarios.exchange.box_table import BoxTable
+from luxloop.scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
+from luxloop.scenarios.exchange.file_formats import Format, read
+from luxloop.scenarios.exchange.ignored_boxes import leave_out
+from luxloop.scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
+from luxloop.scenarios.grading.metric_definition import Definition
+from luxloop.scenarios.report.cells import counted, table_of, value_of
+from luxloop.scenarios.result import Metric
+from luxloop.scenarios.run.run_folder import metric_document
 
 TABLES = {
     "Tracking": SCORES,

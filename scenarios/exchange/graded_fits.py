@@ -8,19 +8,19 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from scenarios.arrays import Bools, Ints
-from scenarios.exchange import fit_table
-from scenarios.exchange.box_grading import BoxLimits
-from scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
-from scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
-from scenarios.exchange.file_formats import Format, read
-from scenarios.exchange.ignored_boxes import outside
-from scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
-from scenarios.grading.fit_errors import corner_gaps, heading_errors
-from scenarios.grading.plane_geometry import iou, iou_table
-from scenarios.report.cells import counted, table_of, value_of
-from scenarios.result import Metric
-from scenarios.run.run_folder import metric_document
+from luxloop.scenarios.arrays import Bools, Ints
+from luxloop.scenarios.exchange import fit_table
+from luxloop.scenarios.exchange.box_grading import BoxLimits
+from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
+from luxloop.scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
+from luxloop.scenarios.exchange.file_formats import Format, read
+from luxloop.scenarios.exchange.ignored_boxes import outside
+from luxloop.scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
+from luxloop.scenarios.grading.fit_errors import corner_gaps, heading_errors
+from luxloop.scenarios.grading.plane_geometry import iou, iou_table
+from luxloop.scenarios.report.cells import counted, table_of, value_of
+from luxloop.scenarios.result import Metric
+from luxloop.scenarios.run.run_folder import metric_document
 
 UNITS = {
     "heading_mean_deg": "deg", "heading_std_deg": "deg", "heading_abs_mean_deg": "deg", "position_abs_mean_m": "m",

@@ -3,13 +3,13 @@
 import numpy as np
 import scipy
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.errors import TracksError
-from scenarios.exchange.box_grading import BoxLimits
-from scenarios.exchange.box_table import BoxTable
-from scenarios.exchange.paired_frames import FramePairs, pair_frames
-from scenarios.grading.id_switches import ROUNDING
-from scenarios.grading.plane_geometry import iou_table
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.box_grading import BoxLimits
+from luxloop.scenarios.exchange.box_table import BoxTable
+from luxloop.scenarios.exchange.paired_frames import FramePairs, pair_frames
+from luxloop.scenarios.grading.id_switches import ROUNDING
+from luxloop.scenarios.grading.plane_geometry import iou_table
 
 
 def leave_out(pairs: FramePairs, limits: BoxLimits) -> FramePairs:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.errors import TracksError
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import TracksError
 
 Row = dict[str, Any]
 

@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.exchange.exported_run import TRACK_HEIGHT_M, cloud, confirmed_tracks
-from scenarios.exchange.kitti_labels import heading
-from scenarios.grading.plane_geometry import into_frame
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.truth import ScanTruth
-from sim.world import Kind, WorldFrame
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.exchange.exported_run import TRACK_HEIGHT_M, cloud, confirmed_tracks
+from luxloop.scenarios.exchange.kitti_labels import heading
+from luxloop.scenarios.grading.plane_geometry import into_frame
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Kind, WorldFrame
 
 SEQUENCE = "0000"
 TYPES = {

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from scenarios.errors import TracksError
-from scenarios.exchange.file_role import Role
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.file_role import Role
 
 LABELS = ("training/label_02", "label_02", ".")
 """Places of the labels, from the root of a data set, from its part `training`, and in the folder of labels itself."""

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.errors import TracksError
-from scenarios.exchange.box_table import BoxTable, checked, lower_classes
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.box_table import BoxTable, checked, lower_classes
 
 FIELDS = (
     "frame", "track_id", "type", "truncated", "occluded", "alpha", "left", "top", "right", "bottom",

@@ -16,17 +16,17 @@ from typing import BinaryIO
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Ints
-from scenarios.errors import OutputError
-from scenarios.exchange.exported_run import confirmed_tracks
-from scenarios.grading.plane_geometry import into_frame, turned
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.formats import lux_fused_scan, lux_object_list, lux_scan_message
-from sensor_model.formats.lux_fused_points import fused_scan
-from sensor_model.formats.lux_object_list import OBJECT, ObjectList
-from sensor_model.formats.lux_scan_points import ntp_time, scan_messages
-from sensor_model.formats.lux_scan_stream import DATA_HEADER_BYTES, data_header
-from sim.world import WorldFrame
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.exchange.exported_run import confirmed_tracks
+from luxloop.scenarios.grading.plane_geometry import into_frame, turned
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.formats import lux_fused_scan, lux_object_list, lux_scan_message
+from luxloop.sensor_model.formats.lux_fused_points import fused_scan
+from luxloop.sensor_model.formats.lux_object_list import OBJECT, ObjectList
+from luxloop.sensor_model.formats.lux_scan_points import ntp_time, scan_messages
+from luxloop.sensor_model.formats.lux_scan_stream import DATA_HEADER_BYTES, data_header
+from luxloop.sim.world import WorldFrame
 
 FUSION = "fusion"
 """Name of the file of the fusion system, which is device 0; the units are the devices from 1."""

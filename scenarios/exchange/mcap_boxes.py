@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.arrays import Ints
-from scenarios.errors import TracksError
-from scenarios.exchange.box_table import ANY_AXES, BoxTable, checked, is_count
-from scenarios.exchange.file_role import Role
-from scenarios.exchange.tabular_boxes import CONFIRMED
-from scenarios.offline.mcap.box_scenes import POINTS
-from scenarios.offline.mcap.boxes import DETECTIONS, OBJECTS, FoundBox, read_boxes, topic_types
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.box_table import ANY_AXES, BoxTable, checked, is_count
+from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.exchange.tabular_boxes import CONFIRMED
+from luxloop.scenarios.offline.mcap.box_scenes import POINTS
+from luxloop.scenarios.offline.mcap.boxes import DETECTIONS, OBJECTS, FoundBox, read_boxes, topic_types
 
 TOPICS: dict[Role, str] = {"truth": "/truth/boxes", "tracks": "/tracks"}
 """Topics of `luxloop mcap`."""

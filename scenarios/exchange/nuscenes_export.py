@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats32
-from scenarios.exchange.exported_run import TRACK_HEIGHT_M, cloud, confirmed_tracks
-from scenarios.exchange.nuscenes_rows import CHANNEL, Row, TableWriter, rotation
-from scenarios.offline.recorded_run import RecordedRun
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats32
+from luxloop.scenarios.exchange.exported_run import TRACK_HEIGHT_M, cloud, confirmed_tracks
+from luxloop.scenarios.exchange.nuscenes_rows import CHANNEL, Row, TableWriter, rotation
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.tracker.scan import Scan
 
 VERSION = "v1.0-luxloop"
 MAP = "maps/none.png"

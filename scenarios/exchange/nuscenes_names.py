@@ -1,6 +1,6 @@
 """Names of nuScenes for kinds, motion and visibility of actors."""
 
-from sim.world import Kind, Mode
+from luxloop.sim.world import Kind, Mode
 
 CATEGORIES = {
     Kind.CAR: "vehicle.car", Kind.SUV: "vehicle.car", Kind.VAN: "vehicle.car", Kind.TRUCK: "vehicle.truck",

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.exchange.nuscenes_names import ATTRIBUTES, CATEGORIES, VISIBILITIES, attributes, visibility
-from scenarios.grading.ownership import points_of_actors
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.truth import ScanTruth
-from sim.world import Actors, Kind, WorldFrame
+from luxloop.scenarios.exchange.nuscenes_names import ATTRIBUTES, CATEGORIES, VISIBILITIES, attributes, visibility
+from luxloop.scenarios.grading.ownership import points_of_actors
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Actors, Kind, WorldFrame
 
 Row = dict[str, Any]
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from scenarios.arrays import Ints
-from scenarios.exchange.box_metric import mean, metric
-from scenarios.exchange.distance_matching import NOT_MATCHED, DistanceStep, match_frames
-from scenarios.exchange.paired_frames import FramePairs, distances
-from scenarios.grading.plane_geometry import iou, wrap
-from scenarios.result import Metric
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.exchange.box_metric import mean, metric
+from luxloop.scenarios.exchange.distance_matching import NOT_MATCHED, DistanceStep, match_frames
+from luxloop.scenarios.exchange.paired_frames import FramePairs, distances
+from luxloop.scenarios.grading.plane_geometry import iou, wrap
+from luxloop.scenarios.result import Metric
 
 NO_PAIRS = "no track is near a true box"
 

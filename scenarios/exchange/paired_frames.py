@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.errors import TracksError
-from scenarios.exchange.box_table import BoxTable
-from scenarios.grading.plane_geometry import iou_table
-from scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.box_table import BoxTable
+from luxloop.scenarios.grading.plane_geometry import iou_table
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 
 TIME_TOLERANCE_S = 1e-3
 """[s] Times of one frame in the two files differ by less: programs round times."""

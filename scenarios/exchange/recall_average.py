@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.exchange.distance_matching import (
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.exchange.distance_matching import (
     NOT_MATCHED,
     DistanceCounts,
     DistanceStep,

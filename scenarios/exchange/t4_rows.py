@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.exchange.nuscenes_rows import Row, TableWriter, rotation
-from scenarios.grading.plane_geometry import turned
-from scenarios.offline.recorded_run import RecordedRun
-from sim.world import Actors, Kind, WorldFrame
+from luxloop.scenarios.exchange.nuscenes_rows import Row, TableWriter, rotation
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sim.world import Actors, Kind, WorldFrame
 
 CHANNEL = "LIDAR_CONCAT"
 CATEGORIES = {

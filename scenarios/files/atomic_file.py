@@ -5,8 +5,8 @@ from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
-from scenarios.files import completed, owner_lock
-from scenarios.files.disk_flush import flush_file, flush_folder
+from luxloop.scenarios.files import completed, owner_lock
+from luxloop.scenarios.files.disk_flush import flush_file, flush_folder
 
 _group: ContextVar[ExitStack | None] = ContextVar("_group", default=None)
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from scenarios.errors import OutputError
-from scenarios.files import completed, owner_lock
-from scenarios.files.disk_flush import flush_folder, flush_tree
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import completed, owner_lock
+from luxloop.scenarios.files.disk_flush import flush_folder, flush_tree
 
 
 @contextmanager

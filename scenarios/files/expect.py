@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Literal
 
-from scenarios.files import known_failure
-from scenarios.grading.metric_names import METRICS
-from scenarios.grading.own_metric import PREFIX, OwnMetric, definitions_of
-from scenarios.result import Metric
+from luxloop.scenarios.files import known_failure
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.grading.own_metric import PREFIX, OwnMetric, definitions_of
+from luxloop.scenarios.result import Metric
 
 RunVerdict = Literal["passed", "failed", "incomplete"]
 
-SHIPPED = "tracker.tracker:Tracker"
-"""Name of the shipped tracker, as in `scenarios.run.device`."""
+SHIPPED = "luxloop.tracker.tracker:Tracker"
+"""Name of the shipped tracker, as in `luxloop.scenarios.run.device`."""
 
 ExpectationOutcome = Literal["passed", "failed", "known failure", "unexpected pass", "not applicable"]
 

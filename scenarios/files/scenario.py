@@ -22,22 +22,22 @@ from pydantic import (
 )
 from pydantic.json_schema import model_json_schema
 
-from scenarios.control.control_config import CruiseConfig
-from scenarios.errors import ScenarioError
-from scenarios.files import toml_file
-from scenarios.files.expect import Limit, check_unit, metric_name
-from scenarios.files.settings import applied as set_keys
-from scenarios.files.validation_message import explain, implausible
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.own_metric import OwnMetric, definitions_of
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.sensor_config import SensorConfig
-from sim.highway.highway_config import HighwayTraffic
-from sim.openscenario.openscenario_config import OpenScenarioTraffic
-from sim.replay.replay_config import ReplayTraffic
-from sim.scripted.scripted_source import ScriptedTraffic
-from sim.sumo.sumo_config import SumoTraffic
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.control.control_config import CruiseConfig
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files import toml_file
+from luxloop.scenarios.files.expect import Limit, check_unit, metric_name
+from luxloop.scenarios.files.settings import applied as set_keys
+from luxloop.scenarios.files.validation_message import explain, implausible
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.own_metric import OwnMetric, definitions_of
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.openscenario.openscenario_config import OpenScenarioTraffic
+from luxloop.sim.replay.replay_config import ReplayTraffic
+from luxloop.sim.scripted.scripted_source import ScriptedTraffic
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.tracker.tracker import TrackerConfig
 
 DEFAULT_SEED = 1
 _LARGEST_SEED = 2**31 - 1  # SUMO's seed is a signed 32-bit number

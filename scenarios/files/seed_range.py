@@ -1,6 +1,6 @@
 """Range of seeds on the command line."""
 
-from scenarios.errors import InputError
+from luxloop.scenarios.errors import InputError
 
 MOST = 10_000
 """Largest number of seeds of a command."""

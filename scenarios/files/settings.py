@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Iterable
 from typing import Any
 
-from scenarios.errors import ScenarioError
+from luxloop.scenarios.errors import ScenarioError
 
 Key = list[str | int]
 

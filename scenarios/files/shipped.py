@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scenarios.errors import InputError, ScenarioError
+from luxloop.scenarios.errors import InputError, ScenarioError
 
 CATALOG = Path(__file__).parents[1] / "catalog"
 """`<family>/<name>.toml`."""

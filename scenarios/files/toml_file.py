@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from scenarios.errors import ScenarioError
+from luxloop.scenarios.errors import ScenarioError
 
 _DEEP = re.compile(r"(?<![\w-])(?:[\w-]++\s*+\.\s*+){64}")
 """A dotted key of more than 64 parts; tomllib takes minutes to parse one of thousands."""

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from scenarios.files.schema_lookup import Json, Key, choices, known_keys, value_at
+from luxloop.scenarios.files.schema_lookup import Json, Key, choices, known_keys, value_at
 
 UNKNOWN_KEY = {"extra_forbidden", "unexpected_keyword_argument"}
 MISSING = {"missing", "union_tag_not_found"}

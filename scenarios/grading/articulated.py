@@ -1,6 +1,6 @@
 """Vehicles with joints as a box per section: while one is bent, one rectangle does not describe it.
 
-Sections are those of `sim.sections`: trailer and tractor, the parts of a bus, the cars of a tram or train.
+Sections are those of `luxloop.sim.sections`: trailer and tractor, the parts of a bus, the cars of a tram or train.
 """
 
 from collections.abc import Iterable
@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.plane_geometry import turned
-from sim.sections import section_moves, sections
-from sim.world import JOINTS, Kind
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.sim.sections import section_moves, sections
+from luxloop.sim.world import JOINTS, Kind
 
 Kinds = npt.NDArray[np.uint8]
 """`Kind` of each vehicle."""
@@ -33,7 +33,7 @@ def section_boxes(pose: Floats, size: Floats, angles: Floats, kind: Kinds) -> tu
     size
         (N, 2) or (N, 3) sizes of these boxes, length first [m].
     angles
-        (N, JOINTS) see `sim.world.Actors.joint_angles` [rad].
+        (N, JOINTS) see `luxloop.sim.world.Actors.joint_angles` [rad].
     kind
         (N,) `Kind`.
     """

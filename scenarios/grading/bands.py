@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools
-from scenarios.grading.track_metric_names import CLASSES, RANGE_BANDS, SEEN
+from luxloop.scenarios.arrays import Bools
+from luxloop.scenarios.grading.track_metric_names import CLASSES, RANGE_BANDS, SEEN
 
 WHOLE = ""
 """End of the name of a metric of all rows."""

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.frame_truth import IS_ON_NOTHING, IS_VEHICLE, FrameTruth
-from scenarios.grading.plane_geometry import wrap
-from sensor_model.truth import NO_ACTOR, Part
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.frame_truth import IS_ON_NOTHING, IS_VEHICLE, FrameTruth
+from luxloop.scenarios.grading.plane_geometry import wrap
+from luxloop.sensor_model.truth import NO_ACTOR, Part
 
 CORNERS = np.array([[0.5, 0.5], [0.5, -0.5], [-0.5, -0.5], [-0.5, 0.5]])
 """(4, 2) corners of a box, in units of its length and width."""

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.frame_truth import FrameTruth
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.rig.rig import Rig
-from sensor_model.truth import Cause
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sensor_model.truth import Cause
 
 Complexes = npt.NDArray[np.complex128]
 

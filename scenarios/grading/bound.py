@@ -27,12 +27,12 @@ range noise is the only error.
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.body_points import BodyPoints, Complexes, Ranging
-from scenarios.grading.frame_truth import FrameTruth
-from sensor_model.truth import Cause
-from sensor_model.visibility import MAX_CLEAN_DEPTH
-from sim.world import Kind
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.body_points import BodyPoints, Complexes, Ranging
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.sensor_model.truth import Cause
+from luxloop.sensor_model.visibility import MAX_CLEAN_DEPTH
+from luxloop.sim.world import Kind
 
 CORNER_RADIUS_M = np.array(
     [{Kind.CAR: 0.25, Kind.SUV: 0.25, Kind.VAN: 0.27}.get(kind, 0.15) for kind in Kind], dtype=np.float64

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools, Ints
-from scenarios.grading.id_switches import HitStep
-from scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.arrays import Bools, Ints
+from luxloop.scenarios.grading.id_switches import HitStep
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 
 COUNTED = ("graded", "false")
 """Verdicts of the tracks that CLEAR, HOTA, Identity and GOSPA count."""

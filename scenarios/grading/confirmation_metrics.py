@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.bands import bands, why_none
-from scenarios.grading.clear_table import ClearTable
-from scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.bands import bands, why_none
+from luxloop.scenarios.grading.clear_table import ClearTable
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
 
 NO_VEHICLE = "no vehicle was graded"
 CENSORED = "too many vehicles were never confirmed"

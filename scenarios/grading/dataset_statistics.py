@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.track_metric_names import SEEN
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.track_metric_names import SEEN
 
 NO_FRAME = "there was no frame"
 NO_OBSERVATION = "no vehicle was graded"

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.emergence_names import STAGES
-from scenarios.grading.frame_truth import FrameTruth
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.plane_geometry import turned, wrap
-from scenarios.grading.track_matches import TrackMatches
-from sim.world import Kind
-from tracker.records import Status, Tracks
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.emergence_names import STAGES
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.plane_geometry import turned, wrap
+from luxloop.scenarios.grading.track_matches import TrackMatches
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import Status, Tracks
 
 NO_ROW = -1
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.grading import kaplan_meier
-from scenarios.grading.emergence_names import END, GROUPS, MEASURES, STAGES, SURVIVAL, TARGET
-from scenarios.grading.emergence_table import COLUMNS
-from scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading import kaplan_meier
+from luxloop.scenarios.grading.emergence_names import END, GROUPS, MEASURES, STAGES, SURVIVAL, TARGET
+from luxloop.scenarios.grading.emergence_table import COLUMNS
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
 
 NO_TARGET = "the scenario names no grading.target"
 OLDER = "the run was made by a version without the table emergence; run the scenario again"

@@ -7,8 +7,8 @@ groups hold all actors of some classes.
 from collections.abc import Iterator
 from itertools import product
 
-from scenarios.grading.metric_definition import Definition
-from scenarios.grading.track_metric_names import CLASSES
+from luxloop.scenarios.grading.metric_definition import Definition
+from luxloop.scenarios.grading.track_metric_names import CLASSES
 
 STAGES = {
     "first_beam": "first frame with a beam returned from it, a scan point",

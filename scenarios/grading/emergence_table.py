@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.emergence_names import STAGES
-from scenarios.grading.meeting_point import EgoPath
-from scenarios.grading.time_to_collision import time_to_collision
-from sim.world import Kind
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.emergence_names import STAGES
+from luxloop.scenarios.grading.meeting_point import EgoPath
+from luxloop.scenarios.grading.time_to_collision import time_to_collision
+from luxloop.sim.world import Kind
 
 COLUMNS = (
     "actor_id", "name", "kind", "stage", "reached", "frame", "time_s",

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.clear_table import ClearTable
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.track_metric_names import CLASSES
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.clear_table import ClearTable
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.track_metric_names import CLASSES
 
 NO_VEHICLE = "no vehicle was graded"
 NO_TRACK = "no track was reported in the graded range"

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.plane_geometry import (
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.plane_geometry import (
     QUARTER,
     corner,
     iou,
@@ -13,7 +13,7 @@ from scenarios.grading.plane_geometry import (
     turned,
     wrap,
 )
-from tracker.records import METHODS
+from luxloop.tracker.records import METHODS
 
 BOX = ("x_ego_m", "y_ego_m", "heading_ego_rad", "length_m", "width_m")
 """Columns of a rectangle."""

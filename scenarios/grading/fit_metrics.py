@@ -6,11 +6,11 @@ from statistics import NormalDist
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Ints
-from scenarios.grading.metric_names import CORNER_FIGURES, COVERAGES, FIT_METHODS, POINT_BANDS
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
-from tracker.records import BASELINES
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.grading.metric_names import CORNER_FIGURES, COVERAGES, FIT_METHODS, POINT_BANDS
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
+from luxloop.tracker.records import BASELINES
 
 NO_BASELINES = "the tracker fitted no baselines: [tracker.baselines] enabled = true"
 NO_BOX = "no fitted rectangle became a box of vehicle size"

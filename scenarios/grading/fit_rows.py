@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading import body_points, bound
-from scenarios.grading.body_points import Ranging
-from scenarios.grading.fit_errors import BOX, TRUE_BOX
-from scenarios.grading.frame_truth import FrameTruth
-from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
-from tracker.records import METHODS, Boxes, StepTrace
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading import body_points, bound
+from luxloop.scenarios.grading.body_points import Ranging
+from luxloop.scenarios.grading.fit_errors import BOX, TRUE_BOX
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
+from luxloop.tracker.records import METHODS, Boxes, StepTrace
 
 
 def rows(

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.grading import prediction_metrics
-from scenarios.grading.mma_metrics import MODE_OF
-from scenarios.grading.snapshots import CONFIRMATION_S
-from tracker.records import MODELS
+from luxloop.scenarios.grading import prediction_metrics
+from luxloop.scenarios.grading.mma_metrics import MODE_OF
+from luxloop.scenarios.grading.snapshots import CONFIRMATION_S
+from luxloop.tracker.records import MODELS
 
 Row = Mapping[str, Any]
 """A row of a table by column, its `badness`, and the name of its `vehicle` if it has an `actor_id`."""

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.truth_events.truth_event import TruthEvent
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.truth_events.truth_event import TruthEvent
 
 
 @dataclass(frozen=True, slots=True, eq=False)

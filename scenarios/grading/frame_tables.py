@@ -11,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.grading.articulated import ARTICULATION
-from scenarios.grading.column_spool import ColumnSpool
-from scenarios.grading.matching import TrackVerdict
-from scenarios.grading.metric_names import CANDIDATES, HORIZONS, estimates, models_among
-from scenarios.grading.track_metric_names import VIEWS
-from sensor_model.truth import Cause, View
-from sim.world import Kind, WorldFrame
-from tracker.records import MODEL_NAMES, MODELS, Status
+from luxloop.scenarios.grading.articulated import ARTICULATION
+from luxloop.scenarios.grading.column_spool import ColumnSpool
+from luxloop.scenarios.grading.matching import TrackVerdict
+from luxloop.scenarios.grading.metric_names import CANDIDATES, HORIZONS, estimates, models_among
+from luxloop.scenarios.grading.track_metric_names import VIEWS
+from luxloop.sensor_model.truth import Cause, View
+from luxloop.sim.world import Kind, WorldFrame
+from luxloop.tracker.records import MODEL_NAMES, MODELS, Status
 
 Schema = Mapping[str, type | tuple[str, ...]]
 """Dtype of each column by name, or the names of its categories in the order of their codes."""

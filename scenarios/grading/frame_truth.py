@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.articulated import ARTICULATION, section_boxes
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.ownership import point_rows
-from scenarios.grading.plane_geometry import into_frame, iou_table
-from scenarios.grading.truth_events.event_log import FrameEvents
-from scenarios.grading.vulnerable.vulnerable_names import GROUPS
-from sensor_model.truth import ON_NOTHING, Cause, ScanTruth
-from sim.sections import bend
-from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.articulated import ARTICULATION, section_boxes
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.ownership import point_rows
+from luxloop.scenarios.grading.plane_geometry import into_frame, iou_table
+from luxloop.scenarios.grading.truth_events.event_log import FrameEvents
+from luxloop.scenarios.grading.vulnerable.vulnerable_names import GROUPS
+from luxloop.sensor_model.truth import ON_NOTHING, Cause, ScanTruth
+from luxloop.sim.sections import bend
+from luxloop.sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
+from luxloop.tracker.scan import Scan
 
 IS_VEHICLE = np.array([kind in VEHICLE_KINDS for kind in Kind])
 """True for vehicles, by `Kind`."""

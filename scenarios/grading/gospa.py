@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from scenarios.arrays import Floats, Ints
+from luxloop.scenarios.arrays import Floats, Ints
 
 POSITION = ["x_world_m", "y_world_m"]
 

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading import gospa
-from scenarios.grading.bands import WHOLE, bands, range_bands, why_none
-from scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading import gospa
+from luxloop.scenarios.grading.bands import WHOLE, bands, range_bands, why_none
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
 
 NOTHING = "no vehicle was graded and no track was reported"
 NO_RANGE = "an earlier version made the run, without the range of tracks"

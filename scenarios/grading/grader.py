@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading import (
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading import (
     dataset_statistics,
     emergence_metrics,
     fit_errors,
@@ -23,31 +23,31 @@ from scenarios.grading import (
     segmentation_metrics,
     track_metrics,
 )
-from scenarios.grading.articulated import angles_of
-from scenarios.grading.blockers import BlockerLog
-from scenarios.grading.body_points import Ranging
-from scenarios.grading.emergence_log import EmergenceLog
-from scenarios.grading.emergence_table import emergence_table
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.grading.frame_tables import TableBuilder
-from scenarios.grading.frame_truth import FrameTruth
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.matching import TrackMatcher
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.occlusion_table import occlusion_table
-from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
-from scenarios.grading.plane_geometry import QUARTER, wrap
-from scenarios.grading.snapshots import Snapshots
-from scenarios.grading.track_matches import TrackMatches
-from scenarios.grading.truth_events import event_metrics
-from scenarios.grading.truth_events.event_log import EventLog, FrameEvents
-from scenarios.grading.vulnerable import vulnerable_metrics
-from scenarios.result import NOT_REPORTED, Metric
-from sensor_model.truth import NO_ACTOR, ScanTruth
-from sim.sections import bend
-from sim.world import Collision, WorldFrame
-from tracker.records import StepTrace, Tracks
-from tracker.scan import Scan
+from luxloop.scenarios.grading.articulated import angles_of
+from luxloop.scenarios.grading.blockers import BlockerLog
+from luxloop.scenarios.grading.body_points import Ranging
+from luxloop.scenarios.grading.emergence_log import EmergenceLog
+from luxloop.scenarios.grading.emergence_table import emergence_table
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_tables import TableBuilder
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.matching import TrackMatcher
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.occlusion_table import occlusion_table
+from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
+from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
+from luxloop.scenarios.grading.snapshots import Snapshots
+from luxloop.scenarios.grading.track_matches import TrackMatches
+from luxloop.scenarios.grading.truth_events import event_metrics
+from luxloop.scenarios.grading.truth_events.event_log import EventLog, FrameEvents
+from luxloop.scenarios.grading.vulnerable import vulnerable_metrics
+from luxloop.scenarios.result import NOT_REPORTED, Metric
+from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
+from luxloop.sim.sections import bend
+from luxloop.sim.world import Collision, WorldFrame
+from luxloop.tracker.records import StepTrace, Tracks
+from luxloop.tracker.scan import Scan
 
 NO_TRACE = f"{NOT_REPORTED} a trace of its stages"
 

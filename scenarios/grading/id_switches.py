@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from scenarios.arrays import Ints
-from scenarios.grading.matching import CONTINUITY, NO_TRACK
-from scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.grading.matching import CONTINUITY, NO_TRACK
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 
 ROUNDING = float(np.finfo(np.float64).eps)
 """Tolerance of trackeval's comparisons of overlaps with limits."""

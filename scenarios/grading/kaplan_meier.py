@@ -5,7 +5,7 @@ import math
 import numpy as np
 import scipy
 
-from scenarios.arrays import Bools, Floats
+from luxloop.scenarios.arrays import Bools, Floats
 
 
 def survival(times: Floats, reached: Bools) -> tuple[Floats, Floats]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.plane_geometry import wrap
+from luxloop.scenarios.grading.plane_geometry import wrap
 
 MANOEUVRES = ("keeps", "brakes", "accelerates", "turns", "changes lane")
 

@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.grading_config import GradingConfig
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sensor_model.truth import NO_ACTOR
 
 NO_TRACK = -1
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from scenarios.arrays import Floats
+from luxloop.scenarios.arrays import Floats
 
 NO_MEETING = (np.nan, np.nan)
 

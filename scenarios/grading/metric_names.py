@@ -7,13 +7,13 @@ import math
 from collections.abc import Container, Iterable, Iterator
 from itertools import product
 
-from scenarios.grading import emergence_names, track_metric_names
-from scenarios.grading.metric_definition import Definition, register
-from scenarios.grading.track_metric_names import RANGE_BANDS, SEEN, VIEWS
-from scenarios.grading.truth_events import event_names
-from scenarios.grading.vulnerable import vulnerable_names
-from sensor_model.truth import Cause
-from tracker.records import BASELINES, METHODS, MODEL_NAMES, MODELS, PREDICTION_S, TURNING_MODELS
+from luxloop.scenarios.grading import emergence_names, track_metric_names
+from luxloop.scenarios.grading.metric_definition import Definition, register
+from luxloop.scenarios.grading.track_metric_names import RANGE_BANDS, SEEN, VIEWS
+from luxloop.scenarios.grading.truth_events import event_names
+from luxloop.scenarios.grading.vulnerable import vulnerable_names
+from luxloop.sensor_model.truth import Cause
+from luxloop.tracker.records import BASELINES, METHODS, MODEL_NAMES, MODELS, PREDICTION_S, TURNING_MODELS
 
 CANDIDATES = (*METHODS, *BASELINES)
 """Methods with graded rectangles."""

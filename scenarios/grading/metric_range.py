@@ -3,7 +3,7 @@
 import math
 import re
 
-from scenarios.grading.metric_names import REGISTRY
+from luxloop.scenarios.grading.metric_names import REGISTRY
 
 Range = tuple[float, float]
 

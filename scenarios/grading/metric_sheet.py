@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.metric_names import METRICS
-from scenarios.grading.metric_range import possible_range
-from scenarios.result import Metric
-from scenarios.statistics.confidence import Interval
-from scenarios.statistics.jackknife import ratio_interval, std_interval
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.grading.metric_range import possible_range
+from luxloop.scenarios.result import Metric
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.jackknife import ratio_interval, std_interval
 
 Values = Floats | Bools
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools
-from scenarios.grading.bands import bands, why_none
-from scenarios.grading.clear_table import ClearTable
-from scenarios.grading.metric_sheet import MetricSheet
-from tracker.records import MODELS
+from luxloop.scenarios.arrays import Bools
+from luxloop.scenarios.grading.bands import bands, why_none
+from luxloop.scenarios.grading.clear_table import ClearTable
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.tracker.records import MODELS
 
 LONG_M = 6.0
 """Length above which a vehicle is long [m]: trucks and buses, but no car or van of the usual sizes."""

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.metric_names import TARGETS, estimates
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.plane_geometry import corner, matching_sign, nearest_sign, turned
-from tracker.records import MODELS, TURNING_MODELS, Tracks
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.metric_names import TARGETS, estimates
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.plane_geometry import corner, matching_sign, nearest_sign, turned
+from luxloop.tracker.records import MODELS, TURNING_MODELS, Tracks
 
 MODE_OF = {**{model: model for model in MODELS}, **dict.fromkeys(TURNING_MODELS, "ca")}
 """True mode that each model describes: a turn is an acceleration."""

@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.mma_metrics import MODE_OF, NO_PAIR
-from scenarios.result import NOT_REPORTED
-from tracker.records import MODEL_NAMES, MODELS
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.mma_metrics import MODE_OF, NO_PAIR
+from luxloop.scenarios.result import NOT_REPORTED
+from luxloop.tracker.records import MODEL_NAMES, MODELS
 
 NO_MODEL = f"{NOT_REPORTED} the selected model"
 

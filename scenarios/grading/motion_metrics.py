@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats
-from scenarios.grading import track_errors
-from scenarios.grading.bands import WHOLE, bands, why_none
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.track_metric_names import BANDED_NAMES
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.scenarios.grading import track_errors
+from luxloop.scenarios.grading.bands import WHOLE, bands, why_none
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.track_metric_names import BANDED_NAMES
 
 NO_PAIR = "no confirmed track followed a graded vehicle"
 UNKNOWN = "the tracker does not report this estimate, or an earlier version made the run"

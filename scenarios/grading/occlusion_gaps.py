@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.matching import NO_TRACK
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.matching import NO_TRACK
 
 
 class Gap(NamedTuple):

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.occlusion_gaps import gaps
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.occlusion_gaps import gaps
 
 SHORT_S = 2.0
 """Longest occlusion that `track.hidden_2s_survival` counts [s]."""

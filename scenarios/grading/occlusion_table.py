@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.manoeuvre import MANOEUVRES, manoeuvre
-from scenarios.grading.matching import NO_TRACK
-from scenarios.grading.occlusion_gaps import Gap, gaps
-from sensor_model.truth import NO_ACTOR
-from sim.world import Kind
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.manoeuvre import MANOEUVRES, manoeuvre
+from luxloop.scenarios.grading.matching import NO_TRACK
+from luxloop.scenarios.grading.occlusion_gaps import Gap, gaps
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.sim.world import Kind
 
 COLUMNS = (
     *("actor_id", "name", "kind", "hidden_by_id", "hidden_by", "hidden_by_kind", "hidden_by_share"),

@@ -6,13 +6,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Ints
-from scenarios.grading.frame_truth import IS_ON_NOTHING
-from scenarios.grading.metric_names import CAUSES
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
-from sensor_model.truth import Cause
-from tracker.records import StepTrace
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.grading.frame_truth import IS_ON_NOTHING
+from luxloop.scenarios.grading.metric_names import CAUSES
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
+from luxloop.sensor_model.truth import Cause
+from luxloop.tracker.records import StepTrace
 
 
 def rows(

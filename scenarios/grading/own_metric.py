@@ -6,9 +6,9 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from scenarios.grading.metric_definition import Definition
-from scenarios.grading.metric_names import GRADED, REGISTRY, TURNING
-from sim.world import Kind
+from luxloop.scenarios.grading.metric_definition import Definition
+from luxloop.scenarios.grading.metric_names import GRADED, REGISTRY, TURNING
+from luxloop.sim.world import Kind
 
 PREFIX = "own."
 """Beginning of the names of own metrics in results, which no shipped metric has."""

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Bools, Ints
-from sensor_model.truth import NO_ACTOR
-from tracker.records import Segments
+from luxloop.scenarios.arrays import Bools, Ints
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.records import Segments
 
 NO_ACTOR_ROW = -1
 """Actor row of points on no actor, and of segments without an owner."""

@@ -5,7 +5,7 @@ Angles are in radians, counter-clockwise. A pose is (x, y, yaw); a box is (x, y,
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
+from luxloop.scenarios.arrays import Floats, Ints
 
 QUARTER = np.pi / 2
 CORNER_SIGNS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
@@ -82,7 +82,7 @@ def iou(a: Floats, b: Floats) -> Floats:
     sound = np.flatnonzero(np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1) & (area_a > 0) & (area_b > 0))
     if not len(sound):
         return out
-    from scenarios.grading.kernels.clipping import shared_areas  # numba takes half a second to import
+    from luxloop.scenarios.grading.kernels.clipping import shared_areas  # numba takes half a second to import
 
     shared = shared_areas(a[sound], b[sound])
     out[sound] = np.minimum(shared / (area_a[sound] + area_b[sound] - shared), 1.0)

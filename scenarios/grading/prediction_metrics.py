@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.metric_names import HORIZONS, estimates
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.plane_geometry import out_of_frame, turned
-from tracker.records import Tracks
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.metric_names import HORIZONS, estimates
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.plane_geometry import out_of_frame, turned
+from luxloop.tracker.records import Tracks
 
 AROUND_S = 1.0
 """Time before and after a change of the true mode [s]; frames within count as around the change."""

@@ -5,12 +5,12 @@ The scores of any set of vehicles follow from their sums, so that vehicles can b
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.metric_range import possible_range
-from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
-from scenarios.grading.tracking_sequence import TrackingSequence
-from scenarios.statistics.confidence import Interval
-from scenarios.statistics.jackknife import jackknife_interval
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.metric_range import possible_range
+from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
 
 def reached(counts: Ints) -> Ints:

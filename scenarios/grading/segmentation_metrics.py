@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.ownership import Ownership
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.ownership import Ownership
+from luxloop.sensor_model.truth import NO_ACTOR
 
 
 def rows(actor_id: Ints, graded: Bools, ownership: Ownership, share_min: float) -> dict[str, npt.NDArray[Any]]:

@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.frame_tables import SNAPSHOT_KINDS, SNAPSHOT_POINTS, SNAPSHOTS, TableBuilder
-from scenarios.grading.frame_truth import FrameTruth
-from scenarios.grading.matching import NO_TRACK, TrackVerdict
-from scenarios.grading.track_matches import TrackMatches
-from sensor_model.truth import NO_ACTOR
-from sim.world import Mode
-from tracker.records import Tracks
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.frame_tables import SNAPSHOT_KINDS, SNAPSHOT_POINTS, SNAPSHOTS, TableBuilder
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.grading.matching import NO_TRACK, TrackVerdict
+from luxloop.scenarios.grading.track_matches import TrackMatches
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.sim.world import Mode
+from luxloop.tracker.records import Tracks
 
 PER_KIND = 2
 """Frames kept of each kind."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.plane_geometry import turned
 
 ROUNDING_MPS = 1e-9
 """[m/s] Speeds below this are rounding errors of equal velocities; a metre would take 30 years."""

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.grading import track_errors
-from scenarios.grading.frame_badness import RatedRows, Row
+from luxloop.scenarios.grading import track_errors
+from luxloop.scenarios.grading.frame_badness import RatedRows, Row
 
 VELOCITY = ("velocity_error_mps", "m/s off in its velocity")
 ESTIMATES = {

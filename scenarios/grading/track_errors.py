@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.plane_geometry import turned, wrap
-from tracker.records import MODELS
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.plane_geometry import turned, wrap
+from luxloop.tracker.records import MODELS
 
 OF_VEHICLE = ("range_m", "view", "kind", "yaw_world_rad", "length_m", "width_m", "yaw_rate_radps")
 OF_MOTION = ("vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2")

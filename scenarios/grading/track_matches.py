@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading import frame_tables, mma_metrics, prediction_metrics
-from scenarios.grading.frame_truth import IS_VULNERABLE, FrameTruth
-from scenarios.grading.matching import NO_TRACK, TrackMatcher, TrackVerdict
-from scenarios.grading.plane_geometry import into_frame, iou_table, out_of_frame, turned, wrap
-from sensor_model.truth import NO_ACTOR
-from tracker.records import MODEL_NAMES, MODELS, Status, Tracks
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading import frame_tables, mma_metrics, prediction_metrics
+from luxloop.scenarios.grading.frame_truth import IS_VULNERABLE, FrameTruth
+from luxloop.scenarios.grading.matching import NO_TRACK, TrackMatcher, TrackVerdict
+from luxloop.scenarios.grading.plane_geometry import into_frame, iou_table, out_of_frame, turned, wrap
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.records import MODEL_NAMES, MODELS, Status, Tracks
 
 VELOCITY, ACCELERATION, HEADING = 2, 4, 6
 """First columns of velocity and acceleration, and column of the heading, in `Tracks.mean`."""

@@ -7,9 +7,9 @@
 from collections.abc import Iterator
 from itertools import product
 
-from scenarios.grading.metric_definition import Definition
-from sensor_model.truth import View
-from sim.world import VEHICLE_KINDS, Kind
+from luxloop.scenarios.grading.metric_definition import Definition
+from luxloop.sensor_model.truth import View
+from luxloop.sim.world import VEHICLE_KINDS, Kind
 
 RANGE_BANDS = {"0_15": (0.0, 15.0), "15_30": (15.0, 30.0), "30_50": (30.0, 50.0)}
 """Bands of the distance from the ego's centre to the vehicle's [m], the upper end excluded."""

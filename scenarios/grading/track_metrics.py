@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from scenarios.grading import (
+from luxloop.scenarios.grading import (
     confirmation_metrics,
     false_track_metrics,
     gospa_metrics,
@@ -10,13 +10,13 @@ from scenarios.grading import (
     motion_metrics,
     score_sums,
 )
-from scenarios.grading.clear_table import ClearTable, clear_table
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.id_switches import HitStep, IdSwitch, clear_hits, id_switches
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.tracking_scores import TrackingScores, VehicleScores
-from scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.grading.clear_table import ClearTable, clear_table
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.id_switches import HitStep, IdSwitch, clear_hits, id_switches
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.tracking_scores import TrackingScores, VehicleScores
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
+from luxloop.sensor_model.truth import NO_ACTOR
 
 NO_TRUTH = "no vehicle was graded"
 

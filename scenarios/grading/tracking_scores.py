@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.id_switches import ROUNDING, HitStep, clear_hits, id_switches
-from scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.id_switches import ROUNDING, HitStep, clear_hits, id_switches
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)
 """(19,) overlap thresholds of HOTA (Luiten et al. 2021, HOTA)."""

@@ -5,7 +5,7 @@ from typing import TypedDict
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
+from luxloop.scenarios.arrays import Floats, Ints
 
 
 class TrackingSequence(TypedDict):
@@ -41,7 +41,7 @@ def tracking_sequence(truth: pd.DataFrame, tracks: pd.DataFrame, overlaps: pd.Da
     Parameters
     ----------
     truth, tracks, overlaps
-        Tables of a run, see `scenarios.grading.frame_tables`.
+        Tables of a run, see `luxloop.scenarios.grading.frame_tables`.
     """
     vehicles = truth.loc[truth["graded"], ["frame", "actor_id"]]
     reported = tracks.loc[tracks["verdict"].isin(["graded", "false"]), ["frame", "track_id"]]

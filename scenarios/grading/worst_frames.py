@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from scenarios.grading import frame_badness, track_badness
-from scenarios.grading.frame_badness import RatedRows
-from scenarios.grading.metric_names import DRIVERS
-from scenarios.grading.track_badness import ESTIMATES
-from scenarios.result import Result
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.grading import frame_badness, track_badness
+from luxloop.scenarios.grading.frame_badness import RatedRows
+from luxloop.scenarios.grading.metric_names import DRIVERS
+from luxloop.scenarios.grading.track_badness import ESTIMATES
+from luxloop.scenarios.result import Result
+from luxloop.sensor_model.truth import NO_ACTOR
 
 IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
 """Metrics `track.*` about identities; they are bad where a vehicle goes from one track to another."""

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.errors import InputError
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.league.entrants import chosen
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.league.entrants import chosen
 
 
 @dataclass(frozen=True, slots=True)

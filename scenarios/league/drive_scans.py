@@ -4,17 +4,17 @@ import hashlib
 import json
 from pathlib import Path
 
-from scenarios.errors import OutputError
-from scenarios.execute import execute
-from scenarios.league.drive import Drive
-from scenarios.league.json_file import write_json
-from scenarios.offline.recorded_run import RecordedRun
-from scenarios.run import run_folder
-from scenarios.run.progress import hidden
-from scenarios.study import source_code
-from tracker.records import Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.execute import execute
+from luxloop.scenarios.league.drive import Drive
+from luxloop.scenarios.league.json_file import write_json
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run.progress import hidden
+from luxloop.scenarios.study import source_code
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 SCANS, ROWS = "scans", "rows"
 CODE = ("sim", "sensor_model", "tracker", "scenarios/grading", "scenarios/league/trackers")

@@ -9,10 +9,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scenarios.errors import InputError
-from scenarios.files import toml_file
-from scenarios.run.device import SHIPPED, Device
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files import toml_file
+from luxloop.scenarios.run.device import SHIPPED, Device
+from luxloop.tracker.tracker import TrackerConfig
 
 PARAMETERS = Path(__file__).parent / "parameters.toml"
 REFERENCE = "shipped"
@@ -21,7 +21,7 @@ REFERENCE = "shipped"
 
 @dataclass(frozen=True, slots=True)
 class Entrant:
-    """A tracker of the league; a `scenarios.run.device.DeviceFactory`."""
+    """A tracker of the league; a `luxloop.scenarios.run.device.DeviceFactory`."""
 
     name: str
     place: str
@@ -46,7 +46,7 @@ class Entrant:
         return hashlib.blake2b(text.encode(), digest_size=6).hexdigest()
 
 
-_TRACKERS = "scenarios.league.trackers"
+_TRACKERS = "luxloop.scenarios.league.trackers"
 _PLACES = {
     REFERENCE: (SHIPPED, "the shipped tracker"),
     "paper": (f"{_TRACKERS}.paper_variant:paper_variant", "the paper's own steps"),

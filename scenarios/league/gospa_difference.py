@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.compare.digest import Key
-from scenarios.compare.resampling import difference_interval
-from scenarios.compare.sides import Side
-from scenarios.run import run_folder
-from scenarios.statistics.confidence import Interval
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.compare.digest import Key
+from luxloop.scenarios.compare.resampling import difference_interval
+from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.statistics.confidence import Interval
 
 GOSPA = "track.gospa_m"
 

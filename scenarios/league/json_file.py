@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file
 
 
 def write_json(path: Path, content: object) -> None:

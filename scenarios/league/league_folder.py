@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from scenarios.errors import OutputError
-from scenarios.league.drive_scans import ROWS, SCANS
-from scenarios.league.league_page import DOCUMENT
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.league.drive_scans import ROWS, SCANS
+from luxloop.scenarios.league.league_page import DOCUMENT
 
 
 def refuse_other_files(out: Path) -> None:

@@ -9,18 +9,18 @@ from typing import Any
 
 import pandas as pd
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file
-from scenarios.league import league_tables
-from scenarios.league.entrants import REFERENCE
-from scenarios.league.json_file import write_json
-from scenarios.league.league_figure import hota_figure
-from scenarios.league.league_runs import Row
-from scenarios.league.standings import Standing, ahead, beaten_in
-from scenarios.report import figure_files
-from scenarios.report.figure_files import FigureFile
-from scenarios.report.html import pages
-from scenarios.report.html.page_tables import page_table
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.league import league_tables
+from luxloop.scenarios.league.entrants import REFERENCE
+from luxloop.scenarios.league.json_file import write_json
+from luxloop.scenarios.league.league_figure import hota_figure
+from luxloop.scenarios.league.league_runs import Row
+from luxloop.scenarios.league.standings import Standing, ahead, beaten_in
+from luxloop.scenarios.report import figure_files
+from luxloop.scenarios.report.figure_files import FigureFile
+from luxloop.scenarios.report.html import pages
+from luxloop.scenarios.report.html.page_tables import page_table
 
 PAGE, TABLE, DOCUMENT = "league.html", "league.csv", "league.json"
 EXPLANATIONS = (

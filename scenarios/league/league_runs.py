@@ -11,19 +11,19 @@ from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any
 
-from scenarios.errors import ContractError
-from scenarios.files.expect import check
-from scenarios.league.drive import Drive
-from scenarios.league.drive_scans import ROWS, code_digest, scans_digest, scans_of
-from scenarios.league.entrants import Entrant, chosen
-from scenarios.league.json_file import write_json
-from scenarios.offline.recorded_run import RecordedRun
-from scenarios.offline.regrade import Regrader
-from scenarios.report import text
-from scenarios.result import Result
-from scenarios.run import run_folder
-from scenarios.run.progress import hidden
-from sim.source import SimulatorFailedError, TrafficEndedError
+from luxloop.scenarios.errors import ContractError
+from luxloop.scenarios.files.expect import check
+from luxloop.scenarios.league.drive import Drive
+from luxloop.scenarios.league.drive_scans import ROWS, code_digest, scans_digest, scans_of
+from luxloop.scenarios.league.entrants import Entrant, chosen
+from luxloop.scenarios.league.json_file import write_json
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.regrade import Regrader
+from luxloop.scenarios.report import text
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run.progress import hidden
+from luxloop.sim.source import SimulatorFailedError, TrafficEndedError
 
 RUNS = "runs"
 FIGURES = {

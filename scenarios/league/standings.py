@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.compare import comparison, run_pairs
-from scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
-from scenarios.compare.comparison import Comparison
-from scenarios.compare.digest import RunDigest, read_run
-from scenarios.compare.sides import Side
-from scenarios.league.entrants import REFERENCE
-from scenarios.league.gospa_difference import GOSPA, PairedDifference, gospa_difference, gospa_sums, mean_gospa
-from scenarios.league.league_runs import RUNS, Row
-from scenarios.statistics.confidence import Interval
-from scenarios.statistics.jackknife import SHARE, jackknife_interval
+from luxloop.scenarios.compare import comparison, run_pairs
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
+from luxloop.scenarios.compare.comparison import Comparison
+from luxloop.scenarios.compare.digest import RunDigest, read_run
+from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.league.entrants import REFERENCE
+from luxloop.scenarios.league.gospa_difference import GOSPA, PairedDifference, gospa_difference, gospa_sums, mean_gospa
+from luxloop.scenarios.league.league_runs import RUNS, Row
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.jackknife import SHARE, jackknife_interval
 
 HOTA: ComparedMetric = next(metric for metric in COMPARED_METRICS if metric.name == "track.hota")
 PAIRED = ("track.hota", "track.id_switch_rate", "track.false_rate", "track.missed_rate")

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.dataset.dataset_columns import Values
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.dataset.dataset_columns import Values
+from luxloop.sensor_model.truth import NO_ACTOR
 
 LARGEST = {"time_s": 1e11, "length_m": 200.0, "width_m": 200.0, "height_m": 200.0}
 """Absolute values by column."""

@@ -9,15 +9,15 @@ import numpy as np
 import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
-from scenarios.errors import OutputError
-from scenarios.files.scenario import Scenario
-from scenarios.grading import fit_errors, frame_tables
-from scenarios.grading.frame_tables import ADDED, Schema
-from scenarios.offline.recorded_scans import RecordedScans
-from scenarios.result import Result
-from scenarios.run import run_folder
-from sensor_model.rig.beams import beam_table, sweep_limits
-from sensor_model.rig.rig import Rig
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading import fit_errors, frame_tables
+from luxloop.scenarios.grading.frame_tables import ADDED, Schema
+from luxloop.scenarios.offline.recorded_scans import RecordedScans
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import run_folder
+from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
+from luxloop.sensor_model.rig.rig import Rig
 
 NOT_IN_SCENARIO = ("rig", "device", "set", "ego")
 """Keys of the effective config that are not in a scenario file, or have another form there."""

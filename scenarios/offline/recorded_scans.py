@@ -8,16 +8,16 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from scenarios.arrays import Floats, Floats32
-from scenarios.dataset import obstacle_table
-from scenarios.dataset.dataset_columns import FILES, Column, Values
-from scenarios.dataset.dataset_rows import records_of
-from scenarios.errors import OutputError
-from scenarios.offline.number_checks import require_actors, require_distinct, require_numbers
-from scenarios.run import run_folder
-from sensor_model.truth import ScanTruth
-from sim.world import Obstacles, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats, Floats32
+from luxloop.scenarios.dataset import obstacle_table
+from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values
+from luxloop.scenarios.dataset.dataset_rows import records_of
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.offline.number_checks import require_actors, require_distinct, require_numbers
+from luxloop.scenarios.run import run_folder
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.scan import Scan
 
 ROWS_AT_ONCE = 1 << 17
 """Batch size of reading; a recording may be larger than memory."""
@@ -35,9 +35,9 @@ class RecordedScans:
     units
         Number of LIDARs of its rig.
     sweep_limits
-        Fields of view of their layers, see `tracker.scan.Scan.sweep_limits`; they are not recorded.
+        Fields of view of their layers, see `luxloop.tracker.scan.Scan.sweep_limits`; they are not recorded.
     unit_positions_ego
-        Positions of the units, see `tracker.scan.Scan.unit_positions_ego`; they are not recorded.
+        Positions of the units, see `luxloop.tracker.scan.Scan.unit_positions_ego`; they are not recorded.
 
     Raises
     ------

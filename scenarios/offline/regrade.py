@@ -6,22 +6,22 @@ from typing import Any
 
 import pandas as pd
 
-from scenarios.errors import ScenarioError
-from scenarios.files.scenario import Scenario
-from scenarios.grading import grader
-from scenarios.grading.body_points import Ranging
-from scenarios.grading.metric_names import GRADED, TURNING
-from scenarios.grading.own_metric import PREFIX
-from scenarios.offline.recorded_run import RecordedRun
-from scenarios.offline.recorded_scans import RecordedScans
-from scenarios.offline.track_file import TrackFile
-from scenarios.result import Metric, Result
-from scenarios.run import car_ahead, own_metrics, versions
-from scenarios.run.device import DeviceFactory
-from scenarios.run.guard import Guard, guarded
-from scenarios.run.stopwatch import Stopwatch
-from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
-from scenarios.run.trace_hash import TraceHash
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading import grader
+from luxloop.scenarios.grading.body_points import Ranging
+from luxloop.scenarios.grading.metric_names import GRADED, TURNING
+from luxloop.scenarios.grading.own_metric import PREFIX
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedScans
+from luxloop.scenarios.offline.track_file import TrackFile
+from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.run import car_ahead, own_metrics, versions
+from luxloop.scenarios.run.device import DeviceFactory
+from luxloop.scenarios.run.guard import Guard, guarded
+from luxloop.scenarios.run.stopwatch import Stopwatch
+from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
+from luxloop.scenarios.run.trace_hash import TraceHash
 
 SIMULATORS = ("libsumo", "highway-env")
 """Packages whose versions are those of the original run."""

@@ -11,12 +11,12 @@ import numpy.typing as npt
 import pandas as pd
 import pyarrow.parquet as pq
 
-from scenarios.arrays import Bools, Floats
-from scenarios.dataset.dataset_columns import Column
-from scenarios.errors import TracksError
-from scenarios.grading.frame_tables import LABELS
-from sim import csv_rows
-from tracker.records import Status
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.scenarios.dataset.dataset_columns import Column
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.grading.frame_tables import LABELS
+from luxloop.sim import csv_rows
+from luxloop.tracker.records import Status
 
 WHEN = (
     Column("frame", np.int64, "", "number of the scan, from 0, as in `scans.parquet`"),

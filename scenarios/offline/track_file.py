@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
-from scenarios.errors import TracksError
-from scenarios.offline import track_columns
-from tracker.records import Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.offline import track_columns
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 TIME_TOLERANCE_S = 1e-3
 """[s] Tolerance between the time of a row and of its scan: programs round times."""
@@ -42,7 +42,7 @@ class TrackFile:
         self._tracks_by_frame: Iterator[pd.DataFrame] = iter([rows.iloc[part] for part in np.split(order, ends)])
 
     def as_device(self, _config: TrackerConfig) -> "TrackFile":
-        """Return this object; a `scenarios.run.device.DeviceFactory`."""
+        """Return this object; a `luxloop.scenarios.run.device.DeviceFactory`."""
         return self
 
     def step(self, scan: Scan) -> Tracks:

@@ -3,17 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scenarios.errors import DeviceError
-from scenarios.oracle.oracle_tracker import OracleTracker
-from scenarios.oracle.stage import Stage
-from scenarios.run import device
-from scenarios.run.device import DeviceFactory
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.errors import DeviceError
+from luxloop.scenarios.oracle.oracle_tracker import OracleTracker
+from luxloop.scenarios.oracle.stage import Stage
+from luxloop.scenarios.run import device
+from luxloop.scenarios.run.device import DeviceFactory
+from luxloop.tracker.tracker import TrackerConfig
 
 
 @dataclass(frozen=True, slots=True)
 class OracleFactory:
-    """Factory of trackers with oracles for these stages; a `scenarios.run.device.DeviceFactory`."""
+    """Factory of trackers with oracles for these stages; a `luxloop.scenarios.run.device.DeviceFactory`."""
 
     stages: Sequence[Stage]
 

@@ -14,16 +14,16 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.oracle.oracle_context import OracleContext
-from sensor_model.truth import NO_ACTOR
-from tracker.records import Status
-from tracker.tracking.associator import PairScore
-from tracker.tracking.hypotheses import Hypotheses, Predictions
-from tracker.tracking.model_selection import ModelSelection
-from tracker.tracking.observations import Observations
-from tracker.tracking.track import Track
-from tracker.tracking.track_management import DefaultTrackManagement
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.oracle.oracle_context import OracleContext
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracking.associator import PairScore
+from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
+from luxloop.tracker.tracking.model_selection import ModelSelection
+from luxloop.tracker.tracking.observations import Observations
+from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_management import DefaultTrackManagement
 
 AWAY_M = 0.5
 """Limit on how far a correct box may move a track away from its vehicle [m]: corners are rounded, sizes are guessed."""

@@ -9,18 +9,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.arrays import Bools, Ints
-from scenarios.oracle.oracle_context import OracleContext
-from scenarios.oracle.stage import Stage
-from tracker.merging import MergeConfig
-from tracker.records import Status
-from tracker.tracking.hypotheses import HypothesisConfig
-from tracker.tracking.model_selection import ModelSelection
-from tracker.tracking.observations import Observations
-from tracker.tracking.track import Track
-from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_management import DefaultTrackManagement
-from tracker.tracking.traffic_flow import TrafficFlow
+from luxloop.scenarios.arrays import Bools, Ints
+from luxloop.scenarios.oracle.oracle_context import OracleContext
+from luxloop.scenarios.oracle.stage import Stage
+from luxloop.tracker.merging import MergeConfig
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig
+from luxloop.tracker.tracking.model_selection import ModelSelection
+from luxloop.tracker.tracking.observations import Observations
+from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_config import TrackConfig
+from luxloop.tracker.tracking.track_management import DefaultTrackManagement
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 
 
 class OracleConfirmation(DefaultTrackManagement):

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.oracle.oracle_truth import Truth
-from sensor_model.truth import NO_ACTOR
-from tracker.records import Detection
-from tracker.tracking.track import Track
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.oracle.oracle_truth import Truth
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.records import Detection
+from luxloop.tracker.tracking.track import Track
 
 
 class OracleContext:

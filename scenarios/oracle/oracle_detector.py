@@ -1,17 +1,17 @@
 """Detection with oracles in place of stages."""
 
-from scenarios.arrays import Bools
-from scenarios.grading.ownership import NO_ACTOR_ROW
-from scenarios.oracle import oracle_fit as fit
-from scenarios.oracle import oracle_outliers, oracle_segmentation
-from scenarios.oracle.oracle_context import OracleContext
-from scenarios.oracle.oracle_truth import Truth
-from scenarios.oracle.stage import Stage
-from tracker.detection.deskew import Movers
-from tracker.detection.detector import Detector, DetectorConfig
-from tracker.merging import Pieces
-from tracker.records import Boxes, Candidates, Detection, Linkage, Segments
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Bools
+from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW
+from luxloop.scenarios.oracle import oracle_fit as fit
+from luxloop.scenarios.oracle import oracle_outliers, oracle_segmentation
+from luxloop.scenarios.oracle.oracle_context import OracleContext
+from luxloop.scenarios.oracle.oracle_truth import Truth
+from luxloop.scenarios.oracle.stage import Stage
+from luxloop.tracker.detection.deskew import Movers
+from luxloop.tracker.detection.detector import Detector, DetectorConfig
+from luxloop.tracker.merging import Pieces
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments
+from luxloop.tracker.scan import Scan
 
 
 class OracleDetector(Detector):

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.plane_geometry import QUARTER, turned
-from scenarios.oracle.oracle_truth import Truth
-from tracker.geometry import fold
-from tracker.records import METHODS, Boxes, Candidates, Segments
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.plane_geometry import QUARTER, turned
+from luxloop.scenarios.oracle.oracle_truth import Truth
+from luxloop.tracker.geometry import fold
+from luxloop.tracker.records import METHODS, Boxes, Candidates, Segments
+from luxloop.tracker.scan import Scan
 
 BEST = METHODS.index("refined")
 """Column of `METHODS` that the true rectangle replaces; other columns are unchanged, to be graded."""

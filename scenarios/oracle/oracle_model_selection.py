@@ -9,18 +9,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.mma_metrics import MODE_OF
-from scenarios.oracle.oracle_context import OracleContext
-from sensor_model.truth import NO_ACTOR
-from tracker.records import MODELS
-from tracker.tracking.filter_bank import SelectedBank
-from tracker.tracking.filters import FilterConfig, Filters, Motion, initial_filters
-from tracker.tracking.mma import LEAST_PROBABILITY, MmaConfig
-from tracker.tracking.model_selection import ModelSelection
-from tracker.tracking.observations import Observations
-from tracker.tracking.track import Track
-from tracker.tracking.track_management import TrackManagement
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.mma_metrics import MODE_OF
+from luxloop.scenarios.oracle.oracle_context import OracleContext
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.records import MODELS
+from luxloop.tracker.tracking.filter_bank import SelectedBank
+from luxloop.tracker.tracking.filters import FilterConfig, Filters, Motion, initial_filters
+from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, MmaConfig
+from luxloop.tracker.tracking.model_selection import ModelSelection
+from luxloop.tracker.tracking.observations import Observations
+from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_management import TrackManagement
 
 
 class OracleBank(SelectedBank):

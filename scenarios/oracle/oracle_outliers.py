@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenarios.arrays import Bools
-from tracker.detection.segmentation import keep_only
-from tracker.records import NOT_USED, Candidates, Linkage, Segments
+from luxloop.scenarios.arrays import Bools
+from luxloop.tracker.detection.segmentation import keep_only
+from luxloop.tracker.records import NOT_USED, Candidates, Linkage, Segments
 
 REMOVED = -1
 

@@ -7,10 +7,10 @@ too few points are dropped.
 
 import numpy as np
 
-from scenarios.arrays import Bools, Ints
-from scenarios.grading.ownership import NO_ACTOR_ROW
-from tracker.detection.segmentation import keep_only
-from tracker.records import NOT_USED, Segments
+from luxloop.scenarios.arrays import Bools, Ints
+from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW
+from luxloop.tracker.detection.segmentation import keep_only
+from luxloop.tracker.records import NOT_USED, Segments
 
 
 def actors_first(point_row: Ints, keep: Bools, rest: Segments, points_min: int) -> Segments:

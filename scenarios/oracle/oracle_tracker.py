@@ -2,22 +2,22 @@
 
 from collections.abc import Iterable
 
-from scenarios.errors import DeviceError
-from scenarios.oracle.oracle_association import OracleScore, OracleTrackManagement
-from scenarios.oracle.oracle_confirmation import OracleConfirmation
-from scenarios.oracle.oracle_context import OracleContext
-from scenarios.oracle.oracle_detector import OracleDetector
-from scenarios.oracle.oracle_model_selection import ActorRecorder, OracleModelSelection
-from scenarios.oracle.oracle_truth import Truth
-from scenarios.oracle.stage import Stage
-from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
-from tracker.records import StepTrace, Tracks
-from tracker.scan import Scan
-from tracker.tracker import Tracker, TrackerConfig, track_config
-from tracker.tracking.associator import HungarianAssociator, LikelihoodScore, PairScore
-from tracker.tracking.model_selection import BankSelection, ModelSelection
-from tracker.tracking.track_management import TrackManagement
+from luxloop.scenarios.errors import DeviceError
+from luxloop.scenarios.oracle.oracle_association import OracleScore, OracleTrackManagement
+from luxloop.scenarios.oracle.oracle_confirmation import OracleConfirmation
+from luxloop.scenarios.oracle.oracle_context import OracleContext
+from luxloop.scenarios.oracle.oracle_detector import OracleDetector
+from luxloop.scenarios.oracle.oracle_model_selection import ActorRecorder, OracleModelSelection
+from luxloop.scenarios.oracle.oracle_truth import Truth
+from luxloop.scenarios.oracle.stage import Stage
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import StepTrace, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker, TrackerConfig, track_config
+from luxloop.tracker.tracking.associator import HungarianAssociator, LikelihoodScore, PairScore
+from luxloop.tracker.tracking.model_selection import BankSelection, ModelSelection
+from luxloop.tracker.tracking.track_management import TrackManagement
 
 
 class OracleTracker:

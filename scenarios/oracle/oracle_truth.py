@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.frame_truth import IS_VEHICLE
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
-from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned
-from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
-from sim.sections import bend
-from sim.world import WorldFrame
-from tracker.records import Segments
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.frame_truth import IS_VEHICLE
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
+from luxloop.scenarios.grading.plane_geometry import into_frame, out_of_frame, turned
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, ScanTruth
+from luxloop.sim.sections import bend
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import Segments
 
 USUAL = GradingConfig()
 """Default limits of the grader, for the ownership of segments and the bend of articulated trucks."""

@@ -4,20 +4,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple
 
-from scenarios.files.scenario import Scenario
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.grading.grader import Grader
-from scenarios.oracle.device_choice import OracleFactory
-from scenarios.oracle.stage import Stage
-from scenarios.result import Metric, Result
-from scenarios.run import device, loop
-from scenarios.run.device import DeviceFactory
-from scenarios.run.guard import Guard
-from scenarios.run.time_limit import STEP_TIMEOUT_S
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.oracle.device_choice import OracleFactory
+from luxloop.scenarios.oracle.stage import Stage
+from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.run import device, loop
+from luxloop.scenarios.run.device import DeviceFactory
+from luxloop.scenarios.run.guard import Guard
+from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.scan import Scan
 
 Metrics = dict[str, Metric]
 
@@ -113,7 +113,7 @@ def find_out(
     Raises
     ------
     Exception
-        As `scenarios.run.loop.run`.
+        As `luxloop.scenarios.run.loop.run`.
     """
     shipped = shipped or device.load(device.SHIPPED)
     if scenario.control:

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from scenarios.realism.compared_figures import bow_figure
-from scenarios.realism.compared_row import ComparedRow
-from scenarios.realism.face_depth import visible_faces
-from scenarios.realism.labelled_vehicle import LabelledVehicle
-from scenarios.realism.scan_lines import ScanLine, lines_over
-from scenarios.realism.vehicle_figures import keys, median
-from scenarios.realism.weighted_average import Summary, summarise
+from luxloop.scenarios.realism.compared_figures import bow_figure
+from luxloop.scenarios.realism.compared_row import ComparedRow
+from luxloop.scenarios.realism.face_depth import visible_faces
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
+from luxloop.scenarios.realism.scan_lines import ScanLine, lines_over
+from luxloop.scenarios.realism.vehicle_figures import keys, median
+from luxloop.scenarios.realism.weighted_average import Summary, summarise
 
 OBSERVATIONS_MAX = 1000
 """Largest number of simulated vehicles in frames; more are thinned evenly, as successive frames look alike."""

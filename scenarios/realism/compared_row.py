@@ -2,8 +2,8 @@
 
 from typing import Literal, NamedTuple
 
-from scenarios.realism.compared_figures import Figure
-from scenarios.realism.weighted_average import Summary
+from luxloop.scenarios.realism.compared_figures import Figure
+from luxloop.scenarios.realism.weighted_average import Summary
 
 Verdict = Literal["agrees", "differs", "n/a"]
 

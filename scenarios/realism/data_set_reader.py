@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.errors import InputError
-from scenarios.grading.plane_geometry import turned
-from scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle, in_box
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle, in_box
 
 FILES = {
     "scans": ("frame", "ego_yaw_world_rad", "ego_vx_world_mps", "ego_vy_world_mps", "ego_yaw_rate_radps"),

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.realism.labelled_vehicle import LabelledVehicle
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 
 NEAR_M = 0.60
 """[m] Depth of the points that place a face."""

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.plane_geometry import QUARTER, wrap
-from scenarios.realism.labelled_vehicle import LabelledVehicle
-from tracker.detection import rectangles, selection, tlinkage
-from tracker.detection.detector import DetectorConfig
-from tracker.records import METHODS, Segments
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
+from luxloop.tracker.detection import rectangles, selection, tlinkage
+from luxloop.tracker.detection.detector import DetectorConfig
+from luxloop.tracker.records import METHODS, Segments
 
 REPORTED = ("area", "closeness", "variance", "tlinkage", "best")
 """Methods with a figure; `best` is the selected rectangle."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.plane_geometry import turned
 
 GROWN_M = 0.15
 """[m] Margin around the labelled box: points this far outside belong to the vehicle."""

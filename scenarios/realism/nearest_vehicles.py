@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from scenarios.arrays import Floats, Ints
+from luxloop.scenarios.arrays import Floats, Ints
 
 RANGE_SCALE = 0.15
 """Difference of log ranges that counts as 1."""

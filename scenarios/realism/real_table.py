@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.errors import InputError
-from scenarios.realism.compared_figures import FIGURES
-from sim import csv_rows
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.realism.compared_figures import FIGURES
+from luxloop.sim import csv_rows
 
 VIEW = ("range_m", "aspect_deg", "front_seen")
 """Columns by which vehicles are matched."""

@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.errors import InputError
-from scenarios.realism import bow_bands, nearest_vehicles, vehicle_figures
-from scenarios.realism.compared_figures import FIGURES
-from scenarios.realism.compared_row import ComparedRow
-from scenarios.realism.labelled_vehicle import LabelledVehicle
-from scenarios.realism.weighted_average import summarise
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.realism import bow_bands, nearest_vehicles, vehicle_figures
+from luxloop.scenarios.realism.compared_figures import FIGURES
+from luxloop.scenarios.realism.compared_row import ComparedRow
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
+from luxloop.scenarios.realism.weighted_average import summarise
 
 FAR = 2.0
 """Distance of views, in scales, beyond which a match is counted as far."""

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.realism.compared_row import ComparedRow
-from scenarios.realism.labelled_vehicle import LabelledVehicle
-from scenarios.realism.realism_comparison import Comparison
-from scenarios.realism.weighted_average import Summary
-from scenarios.report.html.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE
-from scenarios.report.html.svg_figure import STYLE
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.realism.compared_row import ComparedRow
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
+from luxloop.scenarios.realism.realism_comparison import Comparison
+from luxloop.scenarios.realism.weighted_average import Summary
+from luxloop.scenarios.report.html.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE
+from luxloop.scenarios.report.html.svg_figure import STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

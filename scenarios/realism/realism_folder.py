@@ -3,11 +3,11 @@
 import json
 from pathlib import Path
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_folder
-from scenarios.realism import realism_figures, realism_table
-from scenarios.realism.realism_comparison import Comparison
-from scenarios.report import text
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.realism import realism_figures, realism_table
+from luxloop.scenarios.realism.realism_comparison import Comparison
+from luxloop.scenarios.report import text
 
 DOCUMENT, TABLE, MATCHED = "realism.json", "realism.txt", "matched.csv"
 FIGURE_FORMAT = "%.6g"

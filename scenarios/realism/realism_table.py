@@ -7,12 +7,12 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.realism.compared_figures import Figure
-from scenarios.realism.compared_row import ComparedRow
-from scenarios.realism.nearest_vehicles import NEAREST
-from scenarios.realism.realism_comparison import FAR, Comparison
-from scenarios.realism.weighted_average import Summary
-from scenarios.report.cells import NONE, table_of
+from luxloop.scenarios.realism.compared_figures import Figure
+from luxloop.scenarios.realism.compared_row import ComparedRow
+from luxloop.scenarios.realism.nearest_vehicles import NEAREST
+from luxloop.scenarios.realism.realism_comparison import FAR, Comparison
+from luxloop.scenarios.realism.weighted_average import Summary
+from luxloop.scenarios.report.cells import NONE, table_of
 
 STYLES = {"agrees": "green", "differs": "red", NONE: "dim"}
 

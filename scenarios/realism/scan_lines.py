@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.realism.face_depth import Face
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.realism.face_depth import Face
 
 POINTS_MIN = 7
 """Least number of points of a parabola."""

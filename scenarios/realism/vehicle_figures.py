@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
-from scenarios.realism import heading_error
-from scenarios.realism.face_depth import least_depth, visible_faces
-from scenarios.realism.labelled_vehicle import LabelledVehicle
-from scenarios.realism.scan_lines import SIGMA_PER_MAD, layers_apart, lines_over
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.realism import heading_error
+from luxloop.scenarios.realism.face_depth import least_depth, visible_faces
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
+from luxloop.scenarios.realism.scan_lines import SIGMA_PER_MAD, layers_apart, lines_over
 
 ABOUT_FACES_M = 0.30
 """[m] Largest depth of the points of the spread about the faces."""

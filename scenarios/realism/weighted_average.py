@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.realism.compared_figures import Average
-from scenarios.statistics.cluster_median import cluster_median_interval
-from scenarios.statistics.confidence import Interval
-from scenarios.statistics.jackknife import ANY, ratio_interval
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.realism.compared_figures import Average
+from luxloop.scenarios.statistics.cluster_median import cluster_median_interval
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.jackknife import ANY, ratio_interval
 
 
 class Summary(NamedTuple):

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from sim.world import Obstacles
+from luxloop.scenarios.arrays import Floats
+from luxloop.sim.world import Obstacles
 
 if TYPE_CHECKING:
     import rerun as rr

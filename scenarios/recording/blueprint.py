@@ -5,8 +5,8 @@ Rerun is imported lazily inside the functions, because its import takes half a s
 
 from typing import TYPE_CHECKING
 
-from sensor_model.truth import Cause
-from tracker.records import MODEL_NAMES
+from luxloop.sensor_model.truth import Cause
+from luxloop.tracker.records import MODEL_NAMES
 
 if TYPE_CHECKING:
     import rerun as rr

@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from scenarios.grading.frame_grade import FrameGrade
-from sensor_model.truth import NO_ACTOR
-from sim.world import WorldFrame
-from tracker.records import Status, Tracks
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import Status, Tracks
 
 LOST_S = 0.4
 """Least duration of coasting that is an event [s]. Single scans without a fit are common."""

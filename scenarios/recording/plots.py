@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.grading.frame_grade import FrameGrade
-from sensor_model.truth import Cause, ScanTruth
-from sim.world import Actors, Mode
-from tracker.records import MODEL_NAMES, Status, Tracks
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.sensor_model.truth import Cause, ScanTruth
+from luxloop.sim.world import Actors, Mode
+from luxloop.tracker.records import MODEL_NAMES, Status, Tracks
 
 
 def plot_values(actors: Actors, truth: ScanTruth, tracks: Tracks, grade: FrameGrade) -> dict[str, Floats]:

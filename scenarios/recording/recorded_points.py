@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.recording.blueprint import BACKGROUND
-from sensor_model.truth import Cause
+from luxloop.scenarios.recording.blueprint import BACKGROUND
+from luxloop.sensor_model.truth import Cause
 
 if TYPE_CHECKING:
     from rerun.chunk import LazyChunkStream

@@ -14,20 +14,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats
-from scenarios.control.cruise import Decision
-from scenarios.errors import OutputError
-from scenarios.grading.articulated import parts
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.recording import blueprint
-from scenarios.recording.archetypes import boxes, flat, rings, transform, walls
-from scenarios.recording.events import EventFinder
-from scenarios.recording.plots import plot_values
-from scenarios.recording.track_layer import TrackLayer
-from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
-from sim.world import Actors, Ego, Obstacles, WorldFrame
-from tracker.records import Boxes, StepTrace, Tracks
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.scenarios.control.cruise import Decision
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.grading.articulated import parts
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.recording import blueprint
+from luxloop.scenarios.recording.archetypes import boxes, flat, rings, transform, walls
+from luxloop.scenarios.recording.events import EventFinder
+from luxloop.scenarios.recording.plots import plot_values
+from luxloop.scenarios.recording.track_layer import TrackLayer
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, ScanTruth
+from luxloop.sim.world import Actors, Ego, Obstacles, WorldFrame
+from luxloop.tracker.records import Boxes, StepTrace, Tracks
+from luxloop.tracker.scan import Scan
 
 if TYPE_CHECKING:
     import rerun as rr

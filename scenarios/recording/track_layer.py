@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Ints
-from scenarios.recording import blueprint
-from scenarios.recording.archetypes import boxes, flat, texts
-from tracker.records import Status, Tracks
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.recording import blueprint
+from luxloop.scenarios.recording.archetypes import boxes, flat, texts
+from luxloop.tracker.records import Status, Tracks
 
 if TYPE_CHECKING:
     import rerun as rr

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from scenarios.recording.archetypes import Color
-from scenarios.result import Result
+from luxloop.scenarios.recording.archetypes import Color
+from luxloop.scenarios.result import Result
 
 if TYPE_CHECKING:
     import rerun as rr

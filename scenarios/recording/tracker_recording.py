@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.errors import InputError, OutputError
-from scenarios.files import atomic_file
-from scenarios.recording import blueprint
-from scenarios.recording.archetypes import Color, boxes, flat, texts
-from scenarios.recording.recorded_points import chunks
-from scenarios.recording.tracker_counts import FALSE, MISSED, log_counts
-from scenarios.result import Result
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import InputError, OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.recording import blueprint
+from luxloop.scenarios.recording.archetypes import Color, boxes, flat, texts
+from luxloop.scenarios.recording.recorded_points import chunks
+from luxloop.scenarios.recording.tracker_counts import FALSE, MISSED, log_counts
+from luxloop.scenarios.result import Result
 
 if TYPE_CHECKING:
     import rerun as rr

@@ -15,9 +15,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from scenarios.errors import InputError
-from scenarios.grading.worst_frames import WorstFrame, worst_frames
-from scenarios.result import Result
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
+from luxloop.scenarios.result import Result
 
 LOADING_S = 120.0
 """Timeout of setting the time cursor [s]."""

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from scenarios.arrays import Floats
-from scenarios.errors import InputError
-from sensor_model.rig.rig import Rig, load_rig
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import InputError
+from luxloop.sensor_model.rig.rig import Rig, load_rig
 
 LEAST_NUMBERS = 3
 

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Ints
-from scenarios.errors import InputError
-from scenarios.grading.plane_geometry import into_frame
-from scenarios.recordings.ego_mount import EgoMount
-from scenarios.recordings.ground_plane import levelled
-from scenarios.recordings.import_options import ImportOptions
-from scenarios.recordings.layer_cut import HeightCut, Rings
-from scenarios.recordings.pose_track import PoseTrack
-from scenarios.recordings.sweep import Sweep
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.grading.plane_geometry import into_frame
+from luxloop.scenarios.recordings.ego_mount import EgoMount
+from luxloop.scenarios.recordings.ground_plane import levelled
+from luxloop.scenarios.recordings.import_options import ImportOptions
+from luxloop.scenarios.recordings.layer_cut import HeightCut, Rings
+from luxloop.scenarios.recordings.pose_track import PoseTrack
+from luxloop.scenarios.recordings.sweep import Sweep
+from luxloop.tracker.scan import Scan
 
 LAYERS_MAX = 256
 """A layer is a byte."""

@@ -2,16 +2,16 @@
 
 from pathlib import Path
 
-from scenarios.errors import InputError
-from scenarios.files.expect import Check, check
-from scenarios.offline.track_file import TrackFile
-from scenarios.recordings.graded_recording import grade_device, run_tracker
-from scenarios.recordings.recording import Recording
-from scenarios.recordings.recording_rules import rules_of
-from scenarios.result import Result
-from scenarios.run import device
-from scenarios.run.guard import guarded
-from scenarios.run.time_limit import STEP_TIMEOUT_S
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files.expect import Check, check
+from luxloop.scenarios.offline.track_file import TrackFile
+from luxloop.scenarios.recordings.graded_recording import grade_device, run_tracker
+from luxloop.scenarios.recordings.recording import Recording
+from luxloop.scenarios.recordings.recording_rules import rules_of
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import device
+from luxloop.scenarios.run.guard import guarded
+from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S
 
 
 def grade_recording(

@@ -4,23 +4,23 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.grading.grader import Grader
-from scenarios.grading.metric_names import CONTROL, METRICS
-from scenarios.grading.track_metric_names import BANDED_NAMES, SEEN
-from scenarios.recordings.recording import Recording
-from scenarios.recordings.recording_rules import Rules
-from scenarios.result import Metric, Result
-from scenarios.run import car_ahead, progress, versions
-from scenarios.run.device import DeviceFactory
-from scenarios.run.guard import Guard, guarded
-from scenarios.run.stopwatch import Stopwatch
-from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
-from scenarios.run.trace_hash import TraceHash
-from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
-from tracker.records import StepTrace, Tracks
-from tracker.scan import Scan
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.metric_names import CONTROL, METRICS
+from luxloop.scenarios.grading.track_metric_names import BANDED_NAMES, SEEN
+from luxloop.scenarios.recordings.recording import Recording
+from luxloop.scenarios.recordings.recording_rules import Rules
+from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.run import car_ahead, progress, versions
+from luxloop.scenarios.run.device import DeviceFactory
+from luxloop.scenarios.run.guard import Guard, guarded
+from luxloop.scenarios.run.stopwatch import Stopwatch
+from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
+from luxloop.scenarios.run.trace_hash import TraceHash
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import StepTrace, Tracks
+from luxloop.tracker.scan import Scan
 
 Observer = Callable[[WorldFrame, Scan, ScanTruth, Tracks, StepTrace | None, FrameGrade], None]
 """Receives every frame with its results, to write tracks, pictures and a recording."""

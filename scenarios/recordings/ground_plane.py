@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from scenarios.arrays import Floats
-from scenarios.errors import InputError
-from scenarios.recordings.ego_mount import EgoMount
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.ego_mount import EgoMount
 
 REACH_M = 20.0
 """[m] Farther points are not used: beyond, streets bend away from their plane."""

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from scenarios.errors import InputError
-from scenarios.recordings.ego_mount import EgoMount
-from scenarios.recordings.layer_cut import ElevationCut, HeightCut
-from scenarios.recordings.truth_option import TruthOption
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.ego_mount import EgoMount
+from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut
+from luxloop.scenarios.recordings.truth_option import TruthOption
 
 EGO_SIZE_M = (4.8, 1.9, 1.5)
 """Length, width and height of the drawn ego [m]."""

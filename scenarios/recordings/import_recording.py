@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.errors import InputError
-from scenarios.recordings import recording_writer
-from scenarios.recordings.ego_mount import EgoMount
-from scenarios.recordings.ego_scans import EgoScans
-from scenarios.recordings.import_options import ImportOptions
-from scenarios.recordings.layer_cut import ElevationCut, HeightCut
-from scenarios.recordings.pose_track import PoseTrack
-from scenarios.recordings.recorded_labels import RecordedLabels, scaled
-from scenarios.recordings.sweep import PoseList, RecordingSource
-from scenarios.run import progress, versions
-from sensor_model.rig.rig import Rig
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings import recording_writer
+from luxloop.scenarios.recordings.ego_mount import EgoMount
+from luxloop.scenarios.recordings.ego_scans import EgoScans
+from luxloop.scenarios.recordings.import_options import ImportOptions
+from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut
+from luxloop.scenarios.recordings.pose_track import PoseTrack
+from luxloop.scenarios.recordings.recorded_labels import RecordedLabels, scaled
+from luxloop.scenarios.recordings.sweep import PoseList, RecordingSource
+from luxloop.scenarios.run import progress, versions
+from luxloop.sensor_model.rig.rig import Rig
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.errors import InputError
-from scenarios.recordings.sweep import Sweep
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.sweep import Sweep
 
 OFF_RING_DEG = 0.25
 """[deg] Largest distance from the elevation for points without ring numbers: half the spacing of a 64-ring sensor."""

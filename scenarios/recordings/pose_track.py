@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats
+from luxloop.scenarios.arrays import Floats
 
 GAP_S = 0.5
 """[s] Longest interval between two poses that is interpolated. Motion capture loses hidden bodies for longer."""
 WINDOW_S = 0.3
 """[s] Half width of the window of the derivatives: a jerk of 2 m/s^3, hard braking, changes the acceleration at its
-edge by 0.6 m/s^2, the limit of `sim.modes`, and at 40 poses per second 5 mm of noise leave 0.006 m/s."""
+edge by 0.6 m/s^2, the limit of `luxloop.sim.modes`, and at 40 poses per second 5 mm of noise leave 0.006 m/s."""
 LEAST_POSES = 4
 """A parabola through fewer poses has no residual."""
 

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.dataset.dataset_columns import Values
-from scenarios.errors import InputError
-from scenarios.grading.plane_geometry import into_frame, turned
-from scenarios.recordings.import_options import ImportOptions
-from scenarios.recordings.pose_track import Motion, PoseTrack
-from scenarios.recordings.sweep import PoseList, RecordingSource
-from scenarios.recordings.truth_option import TruthOption
-from sim.modes import ModeClassifier, ModeLimits
-from sim.world import Kind
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.dataset.dataset_columns import Values
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.grading.plane_geometry import into_frame, turned
+from luxloop.scenarios.recordings.import_options import ImportOptions
+from luxloop.scenarios.recordings.pose_track import Motion, PoseTrack
+from luxloop.scenarios.recordings.sweep import PoseList, RecordingSource
+from luxloop.scenarios.recordings.truth_option import TruthOption
+from luxloop.sim.modes import ModeClassifier, ModeLimits
+from luxloop.sim.world import Kind
 
 STATE = (
     "x_world_m", "y_world_m", "heading_world_rad", "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2",

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.dataset.dataset_columns import Values
-from scenarios.grading.plane_geometry import turned
-from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
-from sim.world import Actors, Ego, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.dataset.dataset_columns import Values
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
+from luxloop.sim.world import Actors, Ego, WorldFrame
+from luxloop.tracker.scan import Scan
 
 MARGIN_M = 0.3
 """[m] A point this far outside a box is on its vehicle: range noise, mirrors, and the error of the recorded pose."""

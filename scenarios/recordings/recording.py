@@ -11,20 +11,20 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from scenarios.arrays import Floats
-from scenarios.dataset.dataset_columns import Values
-from scenarios.errors import OutputError
-from scenarios.files import atomic_folder
-from scenarios.offline.number_checks import require_distinct, require_numbers
-from scenarios.offline.recorded_scans import FrameRows
-from scenarios.recordings.import_options import EGO_SIZE_M
-from scenarios.recordings.recorded_truth import actors_of, scan_truth, world_frame
-from scenarios.recordings.recording_checks import require_summary
-from scenarios.recordings.recording_columns import FILES, LABELS
-from scenarios.recordings.recording_writer import SUMMARY, VERSION
-from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.dataset.dataset_columns import Values
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.offline.number_checks import require_distinct, require_numbers
+from luxloop.scenarios.offline.recorded_scans import FrameRows
+from luxloop.scenarios.recordings.import_options import EGO_SIZE_M
+from luxloop.scenarios.recordings.recorded_truth import actors_of, scan_truth, world_frame
+from luxloop.scenarios.recordings.recording_checks import require_summary
+from luxloop.scenarios.recordings.recording_columns import FILES, LABELS
+from luxloop.scenarios.recordings.recording_writer import SUMMARY, VERSION
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.scan import Scan
 
 NUMBERS = ("time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad")
 """Columns of `scans.parquet` that are read."""

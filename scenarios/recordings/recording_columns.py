@@ -1,7 +1,7 @@
 """Columns of the files of a recording: those of a data set that a real recording has, with the same names and types."""
 
-from scenarios.dataset import dataset_columns
-from scenarios.dataset.dataset_columns import Column, column_tables
+from luxloop.scenarios.dataset import dataset_columns
+from luxloop.scenarios.dataset.dataset_columns import Column, column_tables
 
 SCAN_NAMES = ("frame", "time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad", "points")
 POINT_NAMES = (

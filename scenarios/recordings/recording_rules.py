@@ -4,12 +4,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from scenarios.files import shipped
-from scenarios.files.expect import Limit
-from scenarios.files.scenario import Scenario
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.recordings.recording import Recording
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.expect import Limit
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.recordings.recording import Recording
+from luxloop.tracker.tracker import TrackerConfig
 
 USUAL_PERIOD_S = 0.08
 """[s] Scan period for which the defaults of the tracker are meant, that of the LUX at 12.5 Hz."""

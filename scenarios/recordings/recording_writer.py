@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.dataset.dataset_columns import Values
-from scenarios.dataset.writer import close_tables, open_tables
-from scenarios.errors import OutputError
-from scenarios.files import atomic_folder
-from scenarios.recordings.recording_columns import FILES, readme
-from tracker.scan import Scan
+from luxloop.scenarios.dataset.dataset_columns import Values
+from luxloop.scenarios.dataset.writer import close_tables, open_tables
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.recordings.recording_columns import FILES, readme
+from luxloop.tracker.scan import Scan
 
 SUMMARY = "summary.json"
 VERSION = 1

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Ints
+from luxloop.scenarios.arrays import Floats, Ints
 
 Bytes = npt.NDArray[np.uint8]
 
@@ -31,7 +31,7 @@ class Sweep:
     echo_pulse_width: Floats | None = None
     """(N,) [m]; None where the format has none."""
     flags: Ints | None = None
-    """(N,) `tracker.scan.PointFlag`; None where the format has none."""
+    """(N,) `luxloop.tracker.scan.PointFlag`; None where the format has none."""
 
     def __len__(self) -> int:
         return len(self.points)

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.plane_geometry import CORNER_SIGNS, corner, turned
-from scenarios.report.html.palette import FAINT, INK, MUTED, TEXT_SERIES
-from scenarios.report.html.svg_figure import Figure, draw, note
-from sim.world import WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.plane_geometry import CORNER_SIGNS, corner, turned
+from luxloop.scenarios.report.html.palette import FAINT, INK, MUTED, TEXT_SERIES
+from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.scan import Scan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,13 +9,13 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.recordings.recording import Recording
-from scenarios.recordings.track_figures import Drive, single_scans, track_lives, whole_drive
-from scenarios.recordings.track_rows import lives
-from scenarios.report import track_tables
-from scenarios.report.html.page_tables import page_table
-from scenarios.report.html.pages import render
-from scenarios.result import Result
+from luxloop.scenarios.recordings.recording import Recording
+from luxloop.scenarios.recordings.track_figures import Drive, single_scans, track_lives, whole_drive
+from luxloop.scenarios.recordings.track_rows import lives
+from luxloop.scenarios.report import track_tables
+from luxloop.scenarios.report.html.page_tables import page_table
+from luxloop.scenarios.report.html.pages import render
+from luxloop.scenarios.result import Result
 
 
 def page(recording: Recording, result: Result, drive: Drive, tracks: pd.DataFrame, out: Path) -> str:

@@ -1,6 +1,6 @@
 """A tracker over a recording: the folder of its results.
 
-The folder is that of a run (`scenarios.run.run_folder`), which `luxloop view` opens, with two files more:
+The folder is that of a run (`luxloop.scenarios.run.run_folder`), which `luxloop view` opens, with two files more:
 
 - `tracks.parquet`: the tracks, in the layout of `luxloop grade --tracks`
 - `report.html`: pictures, lives and speeds of the tracks
@@ -12,26 +12,26 @@ from pathlib import Path
 
 from rich.console import RenderableType
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_folder
-from scenarios.files.expect import Check, check
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.recording.recorder import NullRecorder, Recorder
-from scenarios.recordings import track_page, track_rows
-from scenarios.recordings.graded_recording import run_tracker
-from scenarios.recordings.recording import Recording
-from scenarios.recordings.recording_rules import Rules
-from scenarios.recordings.track_figures import Drive
-from scenarios.recordings.track_rows import TrackRows
-from scenarios.report import text
-from scenarios.result import Result
-from scenarios.run import run_folder
-from scenarios.run.device import DeviceFactory
-from scenarios.run.time_limit import STEP_TIMEOUT_S
-from sensor_model.truth import ScanTruth
-from sim.world import Obstacles, WorldFrame
-from tracker.records import StepTrace, Tracks
-from tracker.scan import Scan
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files.expect import Check, check
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.recording.recorder import NullRecorder, Recorder
+from luxloop.scenarios.recordings import track_page, track_rows
+from luxloop.scenarios.recordings.graded_recording import run_tracker
+from luxloop.scenarios.recordings.recording import Recording
+from luxloop.scenarios.recordings.recording_rules import Rules
+from luxloop.scenarios.recordings.track_figures import Drive
+from luxloop.scenarios.recordings.track_rows import TrackRows
+from luxloop.scenarios.report import text
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run.device import DeviceFactory
+from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.records import StepTrace, Tracks
+from luxloop.tracker.scan import Scan
 
 TRACKS, PAGE = "tracks.parquet", "report.html"
 CONTENTS = {TRACKS, PAGE, run_folder.RESULT, run_folder.REPORT, run_folder.RECORDING, run_folder.TABLES}

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from tracker.records import Status, Tracks
+from luxloop.tracker.records import Status, Tracks
 
 NAMES = np.array([status.name.lower() for status in Status])
 COLUMNS = (

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.errors import InputError
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import InputError
 
 HEIGHT_M = 1.5
 """[m] Height of a box whose height is not given, of a passenger car."""

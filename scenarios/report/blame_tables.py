@@ -7,8 +7,8 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.oracle.stage import Stage
-from scenarios.oracle.stage_blame import (
+from luxloop.scenarios.oracle.stage import Stage
+from luxloop.scenarios.oracle.stage_blame import (
     BLAME_METRICS,
     OF_FILTERS,
     OF_STAGES,
@@ -17,8 +17,8 @@ from scenarios.oracle.stage_blame import (
     Blame,
     BlameMetric,
 )
-from scenarios.report import text
-from scenarios.report.cells import NONE, table_of, value_of
+from luxloop.scenarios.report import text
+from luxloop.scenarios.report.cells import NONE, table_of, value_of
 
 OWN_DRIVES = "The tracks control the ego: every row is a separate drive with its own scans."
 

@@ -6,7 +6,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.result import Metric
+from luxloop.scenarios.result import Metric
 
 NONE = "n/a"
 """Shown for a metric without a value."""

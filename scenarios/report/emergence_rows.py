@@ -2,9 +2,9 @@
 
 from rich.table import Table
 
-from scenarios.grading.emergence_names import MEASURES, STAGES, TARGET
-from scenarios.report.cells import table_of, value_of
-from scenarios.result import Result
+from luxloop.scenarios.grading.emergence_names import MEASURES, STAGES, TARGET
+from luxloop.scenarios.report.cells import table_of, value_of
+from luxloop.scenarios.result import Result
 
 HEADS = {
     "s": "time [s]",

@@ -6,10 +6,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenarios.errors import InputError, OutputError
-from scenarios.files import atomic_file
-from scenarios.report.html.palette import PAGE
-from scenarios.report.html.svg_figure import STYLE
+from luxloop.scenarios.errors import InputError, OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.report.html.palette import PAGE
+from luxloop.scenarios.report.html.svg_figure import STYLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

@@ -2,11 +2,11 @@
 
 from rich.table import Table
 
-from scenarios.grading.metric_names import CORNER_FIGURES, COVERAGES, FIT_METHODS, POINT_BANDS
-from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
-from scenarios.report.cells import interval_of, percent_of, table_of, value_of
-from scenarios.result import Result
-from tracker.records import BASELINES
+from luxloop.scenarios.grading.metric_names import CORNER_FIGURES, COVERAGES, FIT_METHODS, POINT_BANDS
+from luxloop.scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
+from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
+from luxloop.scenarios.result import Result
+from luxloop.tracker.records import BASELINES
 
 SCOPES = {"all": "", **{view.replace("_", "-"): f"{view}." for view in VIEWS.values()}}
 """Scopes of the metrics by their names in the tables."""

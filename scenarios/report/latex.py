@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from scenarios.report.html.page_tables import Cell, PageTable
+from luxloop.scenarios.report.html.page_tables import Cell, PageTable
 
 ESCAPED = {
     "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",

@@ -2,9 +2,9 @@
 
 from rich.table import Table
 
-from scenarios.grading.own_metric import OwnMetric
-from scenarios.report.cells import interval_of, table_of, unit_of, value_of
-from scenarios.result import Result
+from luxloop.scenarios.grading.own_metric import OwnMetric
+from luxloop.scenarios.report.cells import interval_of, table_of, unit_of, value_of
+from luxloop.scenarios.result import Result
 
 
 def own_metrics(result: Result) -> list[Table]:

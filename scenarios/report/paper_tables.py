@@ -4,12 +4,12 @@ from itertools import product
 
 from rich.table import Table
 
-from scenarios.grading.metric_names import TARGETS, estimates, models_among
-from scenarios.grading.track_metric_names import SEEN, VIEWS
-from scenarios.report import paper_figures
-from scenarios.report.cells import interval_of, percent_of, table_of, value_of
-from scenarios.report.fit_tables import emphasis, methods_of
-from scenarios.result import Metric, Result
+from luxloop.scenarios.grading.metric_names import TARGETS, estimates, models_among
+from luxloop.scenarios.grading.track_metric_names import SEEN, VIEWS
+from luxloop.scenarios.report import paper_figures
+from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
+from luxloop.scenarios.report.fit_tables import emphasis, methods_of
+from luxloop.scenarios.result import Metric, Result
 
 
 def dataset(result: Result) -> Table:

@@ -34,8 +34,8 @@ class SuiteReport:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Write the page and print its path."""
-        from scenarios.report.html import pages
-        from scenarios.report.html.suite_page import Broken, suite_page
+        from luxloop.scenarios.report.html import pages
+        from luxloop.scenarios.report.html.suite_page import Broken, suite_page
 
         if self._folders or self._broken:
             pages.write(self._out, suite_page(self._folders, [Broken(*one) for one in self._broken]))

@@ -9,10 +9,10 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.report.cells import NONE, table_of, value_of
-from scenarios.report.html.reported_run import SUITE_METRICS
-from scenarios.report.text import COLORS
-from scenarios.result import Result
+from luxloop.scenarios.report.cells import NONE, table_of, value_of
+from luxloop.scenarios.report.html.reported_run import SUITE_METRICS
+from luxloop.scenarios.report.text import COLORS
+from luxloop.scenarios.result import Result
 
 
 def seed_report(results: Sequence[Result], verdicts: Mapping[int, str]) -> Group:

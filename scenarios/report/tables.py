@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.files.expect import Check, ExpectationOutcome
-from scenarios.grading.metric_names import (
+from luxloop.scenarios.files.expect import Check, ExpectationOutcome
+from luxloop.scenarios.grading.metric_names import (
     CAUSES,
     DRIVERS,
     HORIZONS,
@@ -16,9 +16,9 @@ from scenarios.grading.metric_names import (
     estimates,
     models_among,
 )
-from scenarios.report.cells import interval_of, percent_of, table_of, value_of
-from scenarios.result import Result
-from tracker.records import MODELS
+from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
+from luxloop.scenarios.result import Result
+from luxloop.tracker.records import MODELS
 
 
 def modes(result: Result) -> Table:

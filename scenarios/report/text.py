@@ -9,8 +9,8 @@ from rich.measure import Measurement
 from rich.padding import Padding
 from rich.text import Text
 
-from scenarios.files.expect import Check, RunVerdict, verdict
-from scenarios.report import (
+from luxloop.scenarios.files.expect import Check, RunVerdict, verdict
+from luxloop.scenarios.report import (
     emergence_rows,
     fit_tables,
     own_rows,
@@ -20,8 +20,8 @@ from scenarios.report import (
     truth_event_line,
     vulnerable_table,
 )
-from scenarios.result import Result
-from scenarios.run.device import SHIPPED
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run.device import SHIPPED
 
 WIDTH = 100
 """Smallest line width without a terminal [characters]."""

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Mapping
 
 from rich.table import Table
 
-from scenarios.grading import track_metric_names as names
-from scenarios.grading.metric_definition import Definition
-from scenarios.report.cells import table_of, value_of
-from scenarios.report.tables import metric_rows
-from scenarios.result import Result
+from luxloop.scenarios.grading import track_metric_names as names
+from luxloop.scenarios.grading.metric_definition import Definition
+from luxloop.scenarios.report.cells import table_of, value_of
+from luxloop.scenarios.report.tables import metric_rows
+from luxloop.scenarios.result import Result
 
 TABLES: dict[str, tuple[Iterable[Definition], ...]] = {
     "Tracking": (names.SCORES, names.OCCLUSION),

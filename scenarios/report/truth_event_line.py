@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import pandas as pd
 from rich.text import Text
 
-from scenarios.grading.truth_events.event_names import COUNTS, MASKED, EventKind
-from scenarios.result import Result
-from sim.highway.highway_config import MOTORIST
+from luxloop.scenarios.grading.truth_events.event_names import COUNTS, MASKED, EventKind
+from luxloop.scenarios.result import Result
+from luxloop.sim.highway.highway_config import MOTORIST
 
 WORDS = {
     EventKind.EGO_COLLISION: ("collision of the ego", "collisions of the ego"),

@@ -2,9 +2,9 @@
 
 from rich.table import Table
 
-from scenarios.grading.vulnerable.vulnerable_names import COUNTS, GROUPS, SCORES
-from scenarios.report.cells import table_of, value_of
-from scenarios.result import Result
+from luxloop.scenarios.grading.vulnerable.vulnerable_names import COUNTS, GROUPS, SCORES
+from luxloop.scenarios.report.cells import table_of, value_of
+from luxloop.scenarios.result import Result
 
 ERRORS = {
     "missed_share": "missed, share",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim.world import Actors, Ego, Kind, WorldFrame
+from luxloop.sim.world import Actors, Ego, Kind, WorldFrame
 
 FRAMES = 3
 """Enough to start, update and confirm a track."""

@@ -6,7 +6,7 @@
 - Warning filters, numpy's error state and the current folder are those of the harness again after each call.
 
 Code in the same process can still read and change any object of the harness, end the process by a signal, or crash it.
-A tracker in its own process cannot, see `scenarios.run.process_tracker`.
+A tracker in its own process cannot, see `luxloop.scenarios.run.process_tracker`.
 """
 
 import mmap
@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.run.time_limit import EXIT_CODE, in_main_thread
+from luxloop.scenarios.run.time_limit import EXIT_CODE, in_main_thread
 
 _end_process = os._exit
 _EXITS = ("_exit", "abort", "execv", "execve")

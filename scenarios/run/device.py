@@ -12,19 +12,19 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
-from scenarios.errors import DeviceError
-from scenarios.run.containment import contained
-from scenarios.run.process_tracker import PREFIX, ProcessFactory
-from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
-from tracker.records import StepTrace, Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.errors import DeviceError
+from luxloop.scenarios.run.containment import contained
+from luxloop.scenarios.run.process_tracker import PREFIX, ProcessFactory
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import StepTrace, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
-SHIPPED = "tracker.tracker:Tracker"
+SHIPPED = "luxloop.tracker.tracker:Tracker"
 
-OWN_PACKAGES = ("scenarios", "sensor_model", "sim", "tracker")
-"""Top-level packages of luxloop. A folder of the user with such a name cannot be imported beside them."""
+OLD_PACKAGES = ("scenarios", "sensor_model", "sim", "tracker")
+"""Top-level packages of version 0.1, which are in `luxloop` now."""
 
 _file_of_module: dict[str, Path] = {}
 """Files that trackers were loaded from, by the name of the module made of each."""
@@ -34,7 +34,7 @@ class Device(Protocol):
     """A tracker. It receives scans only, one at a time and in order; every run makes a new one.
 
     A tracker without motion models returns `Tracks.from_boxes`. Without a `StepTrace` its fits are not graded and
-    `fit.*` does not apply. Scans are read-only copies. `scenarios.run.guard` checks every output.
+    `fit.*` does not apply. Scans are read-only copies. `luxloop.scenarios.run.guard` checks every output.
     """
 
     def step(self, scan: Scan) -> Tracks | tuple[Tracks, StepTrace]:
@@ -127,10 +127,7 @@ def _load_module(module_name: str, spec: str) -> ModuleType:
         missing = error.__cause__.name if isinstance(error.__cause__, ModuleNotFoundError) else None
         if missing is None or not f"{module_name}.".startswith(f"{missing}."):
             raise  # the module exists, and one of its own imports fails
-        package = module_name.partition(".")[0]
-        remedy = f"; {package} is a package of luxloop, name a file of yours as FILE.py:NAME"
-        hint = remedy if package in OWN_PACKAGES else ""
-        message = f"--tracker {spec}: no module {missing} on the Python path or in {here}{hint}"
+        message = f"--tracker {spec}: no module {missing} on the Python path or in {here}{_new_name(missing)}"
         raise DeviceError(message) from error.__cause__
 
 
@@ -172,7 +169,14 @@ def _one_line_errors(spec: str) -> Iterator[None]:
         yield
     except (Exception, SystemExit, GeneratorExit) as error:
         reason = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
+        if isinstance(error, ModuleNotFoundError):
+            reason += _new_name(error.name or "")
         raise DeviceError(f"--tracker {spec}: {place_of(error)}{type(error).__name__}: {reason}") from error
+
+
+def _new_name(module: str) -> str:
+    """Return a remedy for the name of a module of version 0.1, else an empty text."""
+    return f"; luxloop's module is luxloop.{module} now" if module.partition(".")[0] in OLD_PACKAGES else ""
 
 
 def place_of(error: BaseException, apart_from: tuple[str, ...] = ()) -> str:

@@ -12,19 +12,19 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from scenarios.errors import ContractError, InputError
-from scenarios.run import containment, device, process_tracker, time_limit
-from scenarios.run.containment import ForkMark, call_restored, contained
-from scenarios.run.device import OWN_PACKAGES, Device, DeviceFactory
-from scenarios.run.output_checks import SHAPES, Faults, check_covariances, check_shapes, check_values
-from scenarios.run.process_tracker import ProcessTracker, TrackerProcessError
-from scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, in_main_thread, watched
-from scenarios.run.trace_checks import check_trace, check_trace_shapes
-from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
-from tracker.records import Boxes, Candidates, Linkage, Segments, StepTrace, Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.errors import ContractError, InputError
+from luxloop.scenarios.run import containment, device, process_tracker, time_limit
+from luxloop.scenarios.run.containment import ForkMark, call_restored, contained
+from luxloop.scenarios.run.device import Device, DeviceFactory
+from luxloop.scenarios.run.output_checks import SHAPES, Faults, check_covariances, check_shapes, check_values
+from luxloop.scenarios.run.process_tracker import ProcessTracker, TrackerProcessError
+from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, in_main_thread, watched
+from luxloop.scenarios.run.trace_checks import check_trace, check_trace_shapes
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import Boxes, Candidates, Linkage, Segments, StepTrace, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 TRACKS_MAX = 10_000
 """Largest number of tracks in a frame: grading compares all pairs of tracks and vehicles."""
@@ -71,7 +71,7 @@ class Guard:
         self._process = self._device if isinstance(self._device, ProcessTracker) else None
         if self._process:
             self._process.limit_s = limit_s
-        self._own = type(self._device).__module__.partition(".")[0] in OWN_PACKAGES
+        self._own = type(self._device).__module__.partition(".")[0] == "luxloop"
 
     def show_truth(self, frame: WorldFrame, truth: ScanTruth) -> None:
         """Pass the ground truth of the next scan to an oracle."""

@@ -7,30 +7,30 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from scenarios.control import safety
-from scenarios.control.ego_driver import TrackDriver, drive_by_truth
-from scenarios.control.safety import SafetyLog
-from scenarios.errors import ScenarioError
-from scenarios.files.scenario import Scenario
-from scenarios.grading.body_points import Ranging
-from scenarios.grading.frame_grade import FrameGrade
-from scenarios.grading.grader import Grader
-from scenarios.recording.recorder import NullRecorder, Recorder
-from scenarios.result import Result
-from scenarios.run import device, own_metrics, progress, termination, versions
-from scenarios.run.device import DeviceFactory
-from scenarios.run.guard import guarded
-from scenarios.run.scan_source import NoiseInputError, Scans, ScanSource, ScanStart
-from scenarios.run.stopwatch import RECORDING, SCANNED, Stopwatch
-from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
-from scenarios.run.trace_hash import TraceHash
-from scenarios.run.warm_up import imports_beside, warm_up
-from sensor_model.rig.rig import Rig, RigError, load_rig
-from sensor_model.truth import ScanTruth
-from sim.factory import make_source, run_ahead
-from sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
-from sim.world import Obstacles, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.control import safety
+from luxloop.scenarios.control.ego_driver import TrackDriver, drive_by_truth
+from luxloop.scenarios.control.safety import SafetyLog
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.body_points import Ranging
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.recording.recorder import NullRecorder, Recorder
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import device, own_metrics, progress, termination, versions
+from luxloop.scenarios.run.device import DeviceFactory
+from luxloop.scenarios.run.guard import guarded
+from luxloop.scenarios.run.scan_source import NoiseInputError, Scans, ScanSource, ScanStart
+from luxloop.scenarios.run.stopwatch import RECORDING, SCANNED, Stopwatch
+from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
+from luxloop.scenarios.run.trace_hash import TraceHash
+from luxloop.scenarios.run.warm_up import imports_beside, warm_up
+from luxloop.sensor_model.rig.rig import Rig, RigError, load_rig
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.factory import make_source, run_ahead
+from luxloop.sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.scan import Scan
 
 
 def run(
@@ -49,7 +49,7 @@ def run(
     scenario
         The scenario to run.
     make_device
-        Makes the tracker, see `scenarios.run.device`.
+        Makes the tracker, see `luxloop.scenarios.run.device`.
     record_to
         File of the recording; None records nothing.
     export

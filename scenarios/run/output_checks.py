@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Bools, Floats
-from tracker.records import MODEL_NAMES, PREDICTION_S, Status, Tracks
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.tracker.records import MODEL_NAMES, PREDICTION_S, Status, Tracks
 
 
 class Fault(NamedTuple):

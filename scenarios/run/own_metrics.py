@@ -12,13 +12,13 @@ from typing import Any
 
 import pandas as pd
 
-from scenarios.errors import MetricError
-from scenarios.grading import grader
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.own_metric import OwnMetric
-from scenarios.result import Metric
-from scenarios.run.device import place_of
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.errors import MetricError
+from luxloop.scenarios.grading import grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.own_metric import OwnMetric
+from luxloop.scenarios.result import Metric
+from luxloop.scenarios.run.device import place_of
+from luxloop.sensor_model.truth import NO_ACTOR
 
 Tables = Mapping[str, pd.DataFrame]
 MetricFunction = Callable[[dict[str, pd.DataFrame]], float | None]

@@ -7,8 +7,8 @@ import struct
 
 import numpy as np
 
-from tracker.records import Tracks
-from tracker.scan import Scan
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
 
 GREETING = b"LUXLOOP1"
 LENGTH = struct.Struct("<I")

@@ -13,12 +13,12 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from scenarios.errors import DeviceError
-from scenarios.run.process_protocol import GREETING, LENGTH, TRACK_BYTES, scan_message, tracks_of
-from scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError
-from tracker.records import Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.errors import DeviceError
+from luxloop.scenarios.run.process_protocol import GREETING, LENGTH, TRACK_BYTES, scan_message, tracks_of
+from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 PREFIX = "process:"
 END_S = 5.0
@@ -32,7 +32,7 @@ class TrackerProcessError(Exception):
 
 
 class ProcessFactory:
-    """Starts a command for each tracker; a `scenarios.run.device.DeviceFactory`.
+    """Starts a command for each tracker; a `luxloop.scenarios.run.device.DeviceFactory`.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ from rich.progress import (
 from rich.progress_bar import ProgressBar
 from rich.text import Text
 
-from sim.source import StartReport, StartStatus
+from luxloop.sim.source import StartReport, StartStatus
 
 _Item = TypeVar("_Item")
 

@@ -4,7 +4,7 @@
 - `report.txt`: the printed report
 - `tables/*.parquet`: per-frame tables
 - `recording.rrd`: for `luxloop view`, unless switched off
-- `scans/`: a data set, see `scenarios.dataset.writer`, if asked for
+- `scans/`: a data set, see `luxloop.scenarios.dataset.writer`, if asked for
 """
 
 import json
@@ -16,12 +16,12 @@ from typing import Any
 
 import pandas as pd
 
-from scenarios.dataset import writer as dataset
-from scenarios.errors import OutputError
-from scenarios.files import atomic_folder
-from scenarios.files.expect import Check, verdict
-from scenarios.result import Metric, Result
-from scenarios.run.table_checks import require_table
+from luxloop.scenarios.dataset import writer as dataset
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files.expect import Check, verdict
+from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.run.table_checks import require_table
 
 RESULT = "result.json"
 REPORT = "report.txt"

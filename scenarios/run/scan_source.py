@@ -9,15 +9,15 @@ from typing import Protocol
 
 import numpy as np
 
-from scenarios.run.car_ahead import FRAMES, car_ahead
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.rig.rig import Rig
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import ScanTruth
-from sim.source import EgoCommand, StartReport, TrafficInputError, TrafficSource, ignore_status, watch_start
-from sim.world import Obstacles, WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.run.car_ahead import FRAMES, car_ahead
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.source import EgoCommand, StartReport, TrafficInputError, TrafficSource, ignore_status, watch_start
+from luxloop.sim.world import Obstacles, WorldFrame
+from luxloop.tracker.scan import Scan
 
 
 class NoiseInputError(TrafficInputError):
@@ -54,7 +54,7 @@ class ScanSource:
     traffic
         Traffic source, not yet reset.
     rig, noise, sensor
-        As `sensor_model.lidar.Lidar`.
+        As `luxloop.sensor_model.lidar.Lidar`.
     """
 
     def __init__(self, traffic: TrafficSource, rig: Rig, noise: NoiseConfig, sensor: SensorConfig) -> None:
@@ -73,7 +73,7 @@ class ScanSource:
         Raises
         ------
         TrafficInputError, SimulatorFailedError
-            As `sim.source.TrafficSource.reset`.
+            As `luxloop.sim.source.TrafficSource.reset`.
         NoiseInputError
             The noise names a unit that the rig does not have.
         """
@@ -87,7 +87,7 @@ class ScanSource:
         return ScanStart(obstacles, self._warm_up())
 
     def step(self) -> ScannedFrame:
-        """Return the next frame and its scan. Errors as `sim.source.TrafficSource.step`."""
+        """Return the next frame and its scan. Errors as `luxloop.sim.source.TrafficSource.step`."""
         assert self._lidar is not None
         begin = time.perf_counter()
         frame = self._traffic.step()
@@ -96,7 +96,7 @@ class ScanSource:
         return ScannedFrame(frame, scan, truth, delivered - begin, time.perf_counter() - delivered)
 
     def apply(self, command: EgoCommand) -> None:
-        """Command the ego. See `sim.source.TrafficSource.apply`."""
+        """Command the ego. See `luxloop.sim.source.TrafficSource.apply`."""
         self._traffic.apply(command)
 
     def close(self) -> None:
@@ -118,9 +118,9 @@ class Scans(Protocol):
     dt: float
     """Time between frames [s]."""
     warnings: tuple[str, ...]
-    """As `sim.source.TrafficSource`."""
+    """As `luxloop.sim.source.TrafficSource`."""
     ego_name: str
-    """As `sim.source.TrafficSource`."""
+    """As `luxloop.sim.source.TrafficSource`."""
     report_start: StartReport
     """Receives the progress of `reset`."""
 

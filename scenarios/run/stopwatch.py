@@ -7,8 +7,8 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from scenarios.grading.metric_names import METRICS, TIMED_STAGES
-from scenarios.result import Metric
+from luxloop.scenarios.grading.metric_names import METRICS, TIMED_STAGES
+from luxloop.scenarios.result import Metric
 
 Arguments = ParamSpec("Arguments")
 Value = TypeVar("Value")

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.frame_tables import SCHEMAS
+from luxloop.scenarios.grading.frame_tables import SCHEMAS
 
 LARGEST = 1e12
 """Absolute value of any finite number, in any unit."""

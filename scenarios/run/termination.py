@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
-from scenarios.run.time_limit import in_main_thread
+from luxloop.scenarios.run.time_limit import in_main_thread
 
 CTRL_C = 130
 """Exit code of Ctrl-C: 128 and the number of SIGINT."""

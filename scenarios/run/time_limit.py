@@ -22,7 +22,7 @@ PATIENCE = 6
 """Number of interrupts after which the process ends."""
 EXIT_CODE = 4
 INTERRUPTS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-"""Signals that end a run in order, see `scenarios.run.termination`."""
+"""Signals that end a run in order, see `luxloop.scenarios.run.termination`."""
 
 _end_process = os._exit
 """Bound on import: `containment` replaces `os._exit` while a tracker is in use."""

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.run.output_checks import Fault, Faults, check_array, shape_text
-from tracker.records import METHODS, NOT_USED, StepTrace
-from tracker.scan import Scan
+from luxloop.scenarios.run.output_checks import Fault, Faults, check_array, shape_text
+from luxloop.tracker.records import METHODS, NOT_USED, StepTrace
+from luxloop.tracker.scan import Scan
 
 CHECK = "trace matches its scan"
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sim.world import RARE
+from luxloop.sim.world import RARE
 
 
 class TraceHash:

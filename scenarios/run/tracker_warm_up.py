@@ -6,15 +6,15 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from scenarios.run.car_ahead import FRAMES
-from scenarios.run.guard import guarded
-from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
-from sensor_model.rig.beams import beam_table, sweep_limits
-from sensor_model.rig.rig import Rig
-from sim.rare_collection import collect_rarely
-from tracker.records import Tracks
-from tracker.scan import Scan
-from tracker.tracker import Tracker, TrackerConfig
+from luxloop.scenarios.run.car_ahead import FRAMES
+from luxloop.scenarios.run.guard import guarded
+from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
+from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sim.rare_collection import collect_rarely
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 
 class NoTracks:

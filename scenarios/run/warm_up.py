@@ -4,9 +4,9 @@ import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from scenarios.run.guard import Guard
-from scenarios.run.scan_source import ScannedFrame
-from tracker.tracking.filters import FilterConfig, motion
+from luxloop.scenarios.run.guard import Guard
+from luxloop.scenarios.run.scan_source import ScannedFrame
+from luxloop.tracker.tracking.filters import FilterConfig, motion
 
 
 @contextmanager
@@ -29,7 +29,7 @@ def imports_beside(filters: FilterConfig, dt: float) -> Iterator[None]:
 
 
 def warm_up(scans: Iterable[ScannedFrame], unused: Guard) -> None:
-    """Run a tracker that is not used again on the scans of one car (`scenarios.run.scan_source.ScanStart`)."""
+    """Run a tracker that is not used again on the scans of one car (`luxloop.scenarios.run.scan_source.ScanStart`)."""
     for item in scans:
         unused.show_truth(item.frame, item.truth)
         unused.checked(unused.step(item.scan), item.scan)

@@ -3,18 +3,18 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.errors import StudyError
-from scenarios.execute import ExecutedRun, execute
-from scenarios.files.scenario import Scenario
-from scenarios.run import device
-from scenarios.search import finding_file, reductions
-from scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
-from scenarios.search.executor import executor
-from scenarios.search.optimise import Notify, optimise
-from scenarios.search.shrink import shrink
-from scenarios.study.design import source
-from scenarios.study.parameter import Value
-from scenarios.study.study_file import Search, Study
+from luxloop.scenarios.errors import StudyError
+from luxloop.scenarios.execute import ExecutedRun, execute
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.run import device
+from luxloop.scenarios.search import finding_file, reductions
+from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
+from luxloop.scenarios.search.executor import executor
+from luxloop.scenarios.search.optimise import Notify, optimise
+from luxloop.scenarios.search.shrink import shrink
+from luxloop.scenarios.study.design import source
+from luxloop.scenarios.study.parameter import Value
+from luxloop.scenarios.study.study_file import Search, Study
 
 RUN = "run"
 

@@ -7,14 +7,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from scenarios.errors import Interrupted, OutputError
-from scenarios.search.objective import fails
-from scenarios.study import append_log
-from scenarios.study.design import StudyRun
-from scenarios.study.row_format import RunRow
-from scenarios.study.run_content import Contents
-from scenarios.study.study_file import Search
-from scenarios.study.worker import BROKEN, carry_out
+from luxloop.scenarios.errors import Interrupted, OutputError
+from luxloop.scenarios.search.objective import fails
+from luxloop.scenarios.study import append_log
+from luxloop.scenarios.study.design import StudyRun
+from luxloop.scenarios.study.row_format import RunRow
+from luxloop.scenarios.study.run_content import Contents
+from luxloop.scenarios.study.study_file import Search
+from luxloop.scenarios.study.worker import BROKEN, carry_out
 
 Json = dict[str, Any]
 

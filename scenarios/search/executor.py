@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 
-from scenarios.search.evaluator import Executor
+from luxloop.scenarios.search.evaluator import Executor
 
 
 @contextmanager
@@ -13,7 +13,7 @@ def executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
     if workers == 1 and scheduler is None:
         yield None
     else:
-        from scenarios.study import dask_runs  # imports dask, which is slow and optional
+        from luxloop.scenarios.study import dask_runs  # imports dask, which is slow and optional
 
         with dask_runs.connect(workers, scheduler) as client:
             yield partial(dask_runs.rows_of, client)

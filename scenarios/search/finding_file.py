@@ -9,10 +9,10 @@ from typing import Any
 
 import tomli_w
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file
-from scenarios.files.expect import SHIPPED, Limit
-from scenarios.search.evaluator import Json
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.files.expect import SHIPPED, Limit
+from luxloop.scenarios.search.evaluator import Json
 
 HEAD = ("description", "reason", "suite", "seed", "duration_s", "traffic")
 """First keys of the file, in this order; all other keys follow, `[expect]` last."""

@@ -6,9 +6,9 @@ Transactions on Software Engineering 30, 418), and disturbances of one or two pa
 
 from itertools import combinations, product
 
-from scenarios.search.objective import size
-from scenarios.study.parameter import Parameter, Value
-from scenarios.study.study_file import Study
+from luxloop.scenarios.search.objective import size
+from luxloop.scenarios.study.parameter import Parameter, Value
+from luxloop.scenarios.study.study_file import Study
 
 SHARE = 0.5
 """Maximum share of the trials of a search; the sampler proposes the others."""

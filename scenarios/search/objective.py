@@ -3,8 +3,8 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from scenarios.files.expect import Limit
-from scenarios.study.parameter import Parameter, Value
+from luxloop.scenarios.files.expect import Limit
+from luxloop.scenarios.study.parameter import Parameter, Value
 
 NO_VALUE_SCORE = 3.0
 """Score of a run in which the metric has no value: worse than all others."""

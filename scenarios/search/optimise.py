@@ -5,14 +5,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-from scenarios.errors import ScenarioError, StudyError
-from scenarios.files.scenario import Scenario
-from scenarios.run import progress
-from scenarios.search.evaluator import Evaluator, Json
-from scenarios.search.initial_trials import initial_trials
-from scenarios.search.objective import fails, score, size
-from scenarios.study.parameter import Parameter, Value
-from scenarios.study.study_file import Study
+from luxloop.scenarios.errors import ScenarioError, StudyError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.run import progress
+from luxloop.scenarios.search.evaluator import Evaluator, Json
+from luxloop.scenarios.search.initial_trials import initial_trials
+from luxloop.scenarios.search.objective import fails, score, size
+from luxloop.scenarios.study.parameter import Parameter, Value
+from luxloop.scenarios.study.study_file import Study
 
 if TYPE_CHECKING:
     import optuna

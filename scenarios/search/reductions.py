@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from scenarios.files.scenario import Scenario
-from scenarios.grading.worst_frames import WorstFrame, worst_frames
-from scenarios.run import device, loop, own_metrics
-from scenarios.search.evaluator import Evaluator, Json
-from scenarios.search.optimise import Notify
-from sensor_model.noise.noise_config import KINDS as KINDS_OF_NOISE
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
+from luxloop.scenarios.run import device, loop, own_metrics
+from luxloop.scenarios.search.evaluator import Evaluator, Json
+from luxloop.scenarios.search.optimise import Notify
+from luxloop.sensor_model.noise.noise_config import KINDS as KINDS_OF_NOISE
 
 NO_PATH = Path("scenario.toml")
 """Path of a scenario whose files are not read."""

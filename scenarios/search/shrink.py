@@ -6,13 +6,13 @@ Parameters return towards neutral, and unnecessary elements of the scene are rem
 from collections.abc import Callable
 from itertools import chain, repeat
 
-from scenarios.errors import StudyError
-from scenarios.search import reductions
-from scenarios.search.evaluator import Evaluator, Json
-from scenarios.search.objective import distance, size
-from scenarios.search.optimise import Disturbance, Make, Notify, as_text
-from scenarios.study.parameter import Parameter, Value
-from scenarios.study.study_file import Study
+from luxloop.scenarios.errors import StudyError
+from luxloop.scenarios.search import reductions
+from luxloop.scenarios.search.evaluator import Evaluator, Json
+from luxloop.scenarios.search.objective import distance, size
+from luxloop.scenarios.search.optimise import Disturbance, Make, Notify, as_text
+from luxloop.scenarios.study.parameter import Parameter, Value
+from luxloop.scenarios.study.study_file import Study
 
 HALVINGS = 5
 """Number of bisections towards neutral: the remaining excess is at most 1/32 of the interval."""

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.table import Table
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file
-from scenarios.report import figure_files
-from scenarios.report.cells import table_of
-from scenarios.report.figure_files import FigureFile
-from scenarios.report.html.palette import SERIES
-from scenarios.search.thresholds import Setting
-from scenarios.statistics.adaptive_curve import Threshold
-from scenarios.study.figures import label, text
-from scenarios.study.study_file import Study
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.report import figure_files
+from luxloop.scenarios.report.cells import table_of
+from luxloop.scenarios.report.figure_files import FigureFile
+from luxloop.scenarios.report.html.palette import SERIES
+from luxloop.scenarios.search.thresholds import Setting
+from luxloop.scenarios.statistics.adaptive_curve import Threshold
+from luxloop.scenarios.study.figures import label, text
+from luxloop.scenarios.study.study_file import Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

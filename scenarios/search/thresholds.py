@@ -1,22 +1,22 @@
 """`luxloop thresholds`: the value of a parameter at which a share of runs keeps a metric, by an adaptive design.
 
-Each run is placed by `scenarios.statistics.adaptive_curve`, separately for every setting: the combination
+Each run is placed by `luxloop.scenarios.statistics.adaptive_curve`, separately for every setting: the combination
 of the other parameters. The values depend on the evaluations only, so a restart proposes the same runs.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.errors import StudyError
-from scenarios.run import device, progress
-from scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
-from scenarios.search.executor import executor
-from scenarios.search.optimise import Notify
-from scenarios.statistics.adaptive_curve import AdaptiveCurve, Threshold
-from scenarios.study import design
-from scenarios.study.parameter import Value
-from scenarios.study.study_file import Search, Study
-from scenarios.study.study_file import Threshold as Goal
+from luxloop.scenarios.errors import StudyError
+from luxloop.scenarios.run import device, progress
+from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
+from luxloop.scenarios.search.executor import executor
+from luxloop.scenarios.search.optimise import Notify
+from luxloop.scenarios.statistics.adaptive_curve import AdaptiveCurve, Threshold
+from luxloop.scenarios.study import design
+from luxloop.scenarios.study.parameter import Value
+from luxloop.scenarios.study.study_file import Search, Study
+from luxloop.scenarios.study.study_file import Threshold as Goal
 
 DIGITS = 4
 """Significant digits of a proposed value."""

@@ -14,8 +14,8 @@ import functools
 import numpy as np
 import scipy
 
-from scenarios.arrays import Floats
-from scenarios.statistics.confidence import TAIL, Interval
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.statistics.confidence import TAIL, Interval
 
 DRAWS = 20000
 SEED = 0

@@ -5,9 +5,9 @@ Woodruff 1952, J. Am. Statistical Association 47, 635.
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.statistics.confidence import Interval
-from scenarios.statistics.jackknife import SHARE, ratio_interval
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.jackknife import SHARE, ratio_interval
 
 
 def cluster_median_interval(cluster: Ints, values: Floats) -> Interval | None:

@@ -7,8 +7,8 @@ Survey Methodology 24, 193. It stays within 0 and 1, and has a width also if all
 import numpy as np
 import scipy
 
-from scenarios.arrays import Floats
-from scenarios.statistics.confidence import TAIL
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.statistics.confidence import TAIL
 
 
 def effective_number(share: Floats, variance: Floats, few: Floats | float) -> Floats:

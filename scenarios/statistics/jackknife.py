@@ -12,9 +12,9 @@ import math
 import numpy as np
 import scipy
 
-from scenarios.arrays import Floats, Ints
-from scenarios.statistics.confidence import CONFIDENCE, FEWEST_CLUSTERS, TAIL, Interval
-from scenarios.statistics.effective_binomial import binomial_interval, effective_number
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.statistics.confidence import CONFIDENCE, FEWEST_CLUSTERS, TAIL, Interval
+from luxloop.scenarios.statistics.effective_binomial import binomial_interval, effective_number
 
 MOST_OF_CLUSTER = 4.0
 """Independent observations that a cluster counts as at most. Vehicles that agree say little about those not seen:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.statistics.confidence import TAIL, Interval
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.statistics.confidence import TAIL, Interval
 
 RESAMPLES = 1000
 SEED = 0

@@ -11,8 +11,8 @@ import functools
 import numpy as np
 import scipy
 
-from scenarios.arrays import Floats
-from scenarios.statistics.confidence import CONFIDENCE, FEWEST_SEEDS, Interval
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.statistics.confidence import CONFIDENCE, FEWEST_SEEDS, Interval
 
 
 def median_interval(values: Floats) -> Interval | None:

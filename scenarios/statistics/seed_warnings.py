@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scenarios.arrays import Floats
+from luxloop.scenarios.arrays import Floats
 
 FEW_SEEDS = 10
 """Fewest seeds without a warning."""

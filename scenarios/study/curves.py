@@ -2,16 +2,16 @@
 
 Every combination of parameters runs with the same seeds (common random numbers), so vehicles and noise are the same in
 all of them. Two curves are therefore compared by the differences of each seed (Law 2015, Simulation Modeling and
-Analysis, section 11.2), which have the same kinds of intervals as the curves (`scenarios.study.seed_estimate`).
+Analysis, section 11.2), which have the same kinds of intervals as the curves (`luxloop.scenarios.study.seed_estimate`).
 """
 
 from collections.abc import Sequence
 
 import pandas as pd
 
-from scenarios.statistics.confidence import Interval
-from scenarios.study.seed_estimate import Estimate, estimate, is_binary
-from scenarios.study.worker import BROKEN
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.study.seed_estimate import Estimate, estimate, is_binary
+from luxloop.scenarios.study.worker import BROKEN
 
 LEVELS = 12
 """Maximum number of distinct numbers in a column; a column with more is divided into `BINS`."""

@@ -15,12 +15,12 @@ from itertools import islice
 import dask
 from distributed import Client, Future, KilledWorker, Security, as_completed, rpc
 
-from scenarios.errors import InputError, StudyError
-from scenarios.run.versions import installed
-from scenarios.study.design import StudyRun
-from scenarios.study.local_cluster import local_cluster
-from scenarios.study.row_format import RowFormat, RunRow
-from scenarios.study.worker import as_json, carry_out_as_lines, failed, first_columns
+from luxloop.scenarios.errors import InputError, StudyError
+from luxloop.scenarios.run.versions import installed
+from luxloop.scenarios.study.design import StudyRun
+from luxloop.scenarios.study.local_cluster import local_cluster
+from luxloop.scenarios.study.row_format import RowFormat, RunRow
+from luxloop.scenarios.study.worker import as_json, carry_out_as_lines, failed, first_columns
 
 MAX_SUBMITTED = 4000
 """Maximum number of tasks submitted at a time: several per worker for a thousand workers, with bounded memory."""

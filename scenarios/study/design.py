@@ -13,15 +13,15 @@ from typing import Any, Self
 
 import numpy as np
 
-from scenarios.errors import ScenarioError, StudyError
-from scenarios.files import shipped, toml_file
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import CATALOG
-from scenarios.study import run_content
-from scenarios.study.keys import with_values
-from scenarios.study.parameter import Parameter, Value
-from scenarios.study.run_content import Contents, RunContent
-from scenarios.study.study_file import Json, Study
+from luxloop.scenarios.errors import ScenarioError, StudyError
+from luxloop.scenarios.files import shipped, toml_file
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import CATALOG
+from luxloop.scenarios.study import run_content
+from luxloop.scenarios.study.keys import with_values
+from luxloop.scenarios.study.parameter import Parameter, Value
+from luxloop.scenarios.study.run_content import Contents, RunContent
+from luxloop.scenarios.study.study_file import Json, Study
 
 MakeDocument = Callable[[dict[str, Any]], Json]
 """Makes a scenario document from parameters."""

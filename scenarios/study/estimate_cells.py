@@ -4,8 +4,8 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from scenarios.statistics.confidence import FEWEST_SEEDS
-from scenarios.study.seed_estimate import is_binary
+from luxloop.scenarios.statistics.confidence import FEWEST_SEEDS
+from luxloop.scenarios.study.seed_estimate import is_binary
 
 Kind = Literal["share", "count", "quantity"]
 

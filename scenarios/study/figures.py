@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.report import figure_files
-from scenarios.report.figure_files import FigureFile
-from scenarios.report.html.palette import INK, PAGE, SERIES
-from scenarios.report.html.svg_figure import Figure, draw, note
-from scenarios.study.curves import estimates, levels
-from scenarios.study.seed_dots import seed_dots, seed_warnings
-from scenarios.study.seed_estimate import is_binary
-from scenarios.study.study_file import Curve, Study
+from luxloop.scenarios.report import figure_files
+from luxloop.scenarios.report.figure_files import FigureFile
+from luxloop.scenarios.report.html.palette import INK, PAGE, SERIES
+from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.scenarios.study.curves import estimates, levels
+from luxloop.scenarios.study.seed_dots import seed_dots, seed_warnings
+from luxloop.scenarios.study.seed_estimate import is_binary
+from luxloop.scenarios.study.study_file import Curve, Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,7 +4,7 @@ import copy
 import re
 from typing import Any
 
-from scenarios.errors import StudyError
+from luxloop.scenarios.errors import StudyError
 
 Json = dict[str, Any]
 

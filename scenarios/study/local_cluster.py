@@ -10,7 +10,7 @@ from multiprocessing import resource_tracker
 from distributed import LocalCluster, Status
 from tornado.ioloop import PeriodicCallback
 
-from scenarios.errors import StudyError
+from luxloop.scenarios.errors import StudyError
 
 OF_TERMINALS = {signal.SIGINT, signal.SIGHUP}
 """Signals of Ctrl-C and of a terminal that closes."""

@@ -12,14 +12,14 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_folder
-from scenarios.report import figure_files
-from scenarios.report.cells import table_of
-from scenarios.report.figure_files import FigureFile
-from scenarios.report.html.palette import SERIES
-from scenarios.statistics.confidence import Interval
-from scenarios.study.occlusion_survival import GROUPS, SHARES, OcclusionSurvival, group_shares
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.report import figure_files
+from luxloop.scenarios.report.cells import table_of
+from luxloop.scenarios.report.figure_files import FigureFile
+from luxloop.scenarios.report.html.palette import SERIES
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.study.occlusion_survival import GROUPS, SHARES, OcclusionSurvival, group_shares
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

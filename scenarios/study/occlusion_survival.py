@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.errors import OutputError
-from scenarios.run import run_folder
-from scenarios.statistics import logistic
-from scenarios.statistics.confidence import TAIL, Interval
-from scenarios.statistics.effective_binomial import binomial_interval, effective_number
-from scenarios.statistics.logistic import LogisticFit
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.statistics import logistic
+from luxloop.scenarios.statistics.confidence import TAIL, Interval
+from luxloop.scenarios.statistics.effective_binomial import binomial_interval, effective_number
+from luxloop.scenarios.statistics.logistic import LogisticFit
 
 SHARES = (0.5, 0.95)
 """Shares of survival whose times are estimated."""

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from scenarios.report.html.page_tables import Cell, PageTable, Row
-from scenarios.study.curves import groups
-from scenarios.study.figures import label, text
-from scenarios.study.study_file import Curve, Study
+from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
+from luxloop.scenarios.study.curves import groups
+from luxloop.scenarios.study.figures import label, text
+from luxloop.scenarios.study.study_file import Curve, Study
 
 EXTREMES = ("lowest", "middle", "highest")
 

@@ -8,8 +8,8 @@ from typing import Any, Self
 
 import pyarrow as pa
 
-from scenarios.grading.metric_names import METRICS
-from scenarios.grading.own_metric import PREFIX
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.grading.own_metric import PREFIX
 
 RunRow = dict[str, Any]
 """`index`, `key`, `seed`, `tracker`, the parameters by their keys, `status`, `error`, `trace_hash`, `frames`, `wall_s`,

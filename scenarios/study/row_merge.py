@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from scenarios.arrays import Ints
-from scenarios.study.row_writer import RowWriter
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.study.row_writer import RowWriter
 
 BUCKET = 4000
 """Rows that are sorted at once, and rows per group of the result: 26 MB with all metrics."""

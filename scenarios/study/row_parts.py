@@ -12,9 +12,9 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from scenarios.errors import OutputError
-from scenarios.study import row_reader
-from scenarios.study.row_format import RowFormat, RunRow
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.study import row_reader
+from luxloop.scenarios.study.row_format import RowFormat, RunRow
 
 _SCHEMA = pa.schema([("key", pa.string()), ("row", pa.string())])
 SUFFIX = ".parquet"

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.json
 import pyarrow.parquet as pq
 
-from scenarios.errors import OutputError
+from luxloop.scenarios.errors import OutputError
 
 ROWS_AT_ONCE = 2000
 """Rows of a batch: 13 MB with all metrics."""

@@ -4,8 +4,8 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from scenarios.study import run_content
-from scenarios.study.design import StudyRun
+from luxloop.scenarios.study import run_content
+from luxloop.scenarios.study.design import StudyRun
 
 NEW = "new"
 TAKEN_OVER = "taken over: the same scenario, files, sources and versions"

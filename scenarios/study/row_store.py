@@ -20,11 +20,11 @@ from typing import Any, BinaryIO, Self
 import pandas as pd
 import pyarrow as pa
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file
-from scenarios.study import append_log, row_parts, row_reader
-from scenarios.study.row_format import RowFormat, RunRow
-from scenarios.study.row_merge import Merge
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.study import append_log, row_parts, row_reader
+from luxloop.scenarios.study.row_format import RowFormat, RunRow
+from luxloop.scenarios.study.row_merge import Merge
 
 RUNS, EARLIER, LOG, LOCK = "runs.parquet", "earlier.parquet", "runs.jsonl", ".lock"
 FORMER = ".earlier.parquet"

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scenarios.run.versions import installed
-from scenarios.study import source_code
-from scenarios.study.named_files import Digests, named_files
+from luxloop.scenarios.run.versions import installed
+from luxloop.scenarios.study import source_code
+from luxloop.scenarios.study.named_files import Digests, named_files
 
 Json = dict[str, Any]
 

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from scenarios.statistics.seed_warnings import few_seeds, is_dominated
-from scenarios.study.curves import groups
-from scenarios.study.seed_estimate import is_binary
+from luxloop.scenarios.statistics.seed_warnings import few_seeds, is_dominated
+from luxloop.scenarios.study.curves import groups
+from luxloop.scenarios.study.seed_estimate import is_binary
 
 
 def seed_dots(rows: pd.DataFrame, metric: str, keys: Sequence[str]) -> pd.DataFrame:

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats, Ints
-from scenarios.statistics.bounded_mean import bounded_mean_interval
-from scenarios.statistics.confidence import Interval
-from scenarios.statistics.median_interval import median_interval
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.statistics.bounded_mean import bounded_mean_interval
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.median_interval import median_interval
 
 NONE: Interval = (math.nan, math.nan)
 

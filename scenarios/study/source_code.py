@@ -10,10 +10,11 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
-from scenarios.run.process_tracker import PREFIX
-from scenarios.study.named_files import digest_of
+from luxloop.scenarios.run.process_tracker import PREFIX
+from luxloop.scenarios.study.named_files import digest_of
 
 ROOT = Path(__file__).parents[2]
+"""Folder of the package."""
 SIMULATION = ("sim", "sensor_model", "scenarios/grading", "scenarios/run", "scenarios/control")
 """Folders of luxloop whose code and data determine a result, beside the tracker."""
 SUFFIXES = (".py", ".toml")
@@ -34,14 +35,17 @@ def of_tracker(spec: str) -> str:
 
     - `process:COMMAND`: the program, and all arguments that are files, with the local modules of Python files.
     - `FILE.py:NAME`: the file and the local modules that it imports, at any depth.
-    - `MODULE:NAME`: the whole top-level package, or the module as a file.
+    - `MODULE:NAME`: the whole top-level package, or the module as a file; of luxloop's own, the package below it.
     """
     if spec.startswith(PREFIX):
         return _combined(_files_of_command(spec.removeprefix(PREFIX)))
     place = spec.rpartition(":")[0]
     if place.endswith(".py"):
         return _combined(_imported(Path(place)))
-    found = importlib.machinery.PathFinder.find_spec(place.partition(".")[0], [*sys.path, str(Path.cwd())])
+    package, _, module = place.partition(".")
+    if package == "luxloop":
+        return of_folders(module.partition(".")[0])
+    found = importlib.machinery.PathFinder.find_spec(package, [*sys.path, str(Path.cwd())])
     if found is None or found.origin is None:
         return ""
     origin = Path(found.origin)

@@ -5,15 +5,15 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
-from scenarios.errors import ScenarioError, StudyError
-from scenarios.files import seed_range, shipped, toml_file
-from scenarios.files.expect import Limit, metric_name, unit_of
-from scenarios.files.validation_message import explain
-from scenarios.grading.emergence_names import SURVIVAL, survival_measure
-from scenarios.grading.metric_definition import Definition
-from scenarios.grading.metric_names import METRICS, REGISTRY
-from scenarios.grading.own_metric import OwnMetric, definitions_of
-from scenarios.study.parameter import Parameter, Strict, distinct
+from luxloop.scenarios.errors import ScenarioError, StudyError
+from luxloop.scenarios.files import seed_range, shipped, toml_file
+from luxloop.scenarios.files.expect import Limit, metric_name, unit_of
+from luxloop.scenarios.files.validation_message import explain
+from luxloop.scenarios.grading.emergence_names import SURVIVAL, survival_measure
+from luxloop.scenarios.grading.metric_definition import Definition
+from luxloop.scenarios.grading.metric_names import METRICS, REGISTRY
+from luxloop.scenarios.grading.own_metric import OwnMetric, definitions_of
+from luxloop.scenarios.study.parameter import Parameter, Strict, distinct
 
 Json = dict[str, Any]
 Seed = Annotated[int, Field(ge=0)]

@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from scenarios.arrays import Bools, Floats
-from scenarios.grading.emergence_names import END, SURVIVAL, TARGET, survival_measure
-from scenarios.statistics.effective_binomial import binomial_interval, effective_number
-from scenarios.study.curves import levels
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.scenarios.grading.emergence_names import END, SURVIVAL, TARGET, survival_measure
+from luxloop.scenarios.statistics.effective_binomial import binomial_interval, effective_number
+from luxloop.scenarios.study.curves import levels
 
 
 @dataclass(frozen=True, slots=True, eq=False)

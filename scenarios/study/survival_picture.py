@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.emergence_names import STAGES, SURVIVAL, survival_measure
-from scenarios.report.html.palette import SERIES
-from scenarios.report.html.svg_figure import note
-from scenarios.statistics.seed_warnings import few_seeds
-from scenarios.study import survival
-from scenarios.study.figures import MARKERS, PANEL_IN, Picture, label, text
-from scenarios.study.study_file import Curve, Study
-from scenarios.study.survival import SurvivalCurve
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.emergence_names import STAGES, SURVIVAL, survival_measure
+from luxloop.scenarios.report.html.palette import SERIES
+from luxloop.scenarios.report.html.svg_figure import note
+from luxloop.scenarios.statistics.seed_warnings import few_seeds
+from luxloop.scenarios.study import survival
+from luxloop.scenarios.study.figures import MARKERS, PANEL_IN, Picture, label, text
+from luxloop.scenarios.study.study_file import Curve, Study
+from luxloop.scenarios.study.survival import SurvivalCurve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,11 +4,11 @@ import math
 
 import pandas as pd
 
-from scenarios.grading.emergence_names import SURVIVAL, survival_measure
-from scenarios.study import survival
-from scenarios.study.figures import label, text
-from scenarios.study.study_file import Curve, Study
-from scenarios.study.survival_picture import curve_of, groups
+from luxloop.scenarios.grading.emergence_names import SURVIVAL, survival_measure
+from luxloop.scenarios.study import survival
+from luxloop.scenarios.study.figures import label, text
+from luxloop.scenarios.study.study_file import Curve, Study
+from luxloop.scenarios.study.survival_picture import curve_of, groups
 
 
 def survival_lines(study: Study, rows: pd.DataFrame, curve: Curve) -> tuple[list[str], list[list[str]]]:

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from itertools import chain, islice
 
-from scenarios.study import design
-from scenarios.study.design import StudyRun
-from scenarios.study.row_reasons import RETRIED, RowReasons, combination
-from scenarios.study.row_store import RowStore
-from scenarios.study.study_file import Study
+from luxloop.scenarios.study import design
+from luxloop.scenarios.study.design import StudyRun
+from luxloop.scenarios.study.row_reasons import RETRIED, RowReasons, combination
+from luxloop.scenarios.study.row_store import RowStore
+from luxloop.scenarios.study.study_file import Study
 
 CHECKED_FIRST = 100
 """Combinations that are built and validated before the first run; the others are while earlier ones are executed."""

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pandas as pd
 
-from scenarios.errors import InputError, Interrupted, OutputError
-from scenarios.grading.emergence_names import survival_measure
-from scenarios.run import device, progress
-from scenarios.study import design
-from scenarios.study.row_format import FIXED_COLUMNS
-from scenarios.study.row_reasons import TAKEN_OVER
-from scenarios.study.row_store import RowStore
-from scenarios.study.study_file import Study
-from scenarios.study.survival import survival_columns
-from scenarios.study.sweep_plan import SweepPlan
+from luxloop.scenarios.errors import InputError, Interrupted, OutputError
+from luxloop.scenarios.grading.emergence_names import survival_measure
+from luxloop.scenarios.run import device, progress
+from luxloop.scenarios.study import design
+from luxloop.scenarios.study.row_format import FIXED_COLUMNS
+from luxloop.scenarios.study.row_reasons import TAKEN_OVER
+from luxloop.scenarios.study.row_store import RowStore
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.survival import survival_columns
+from luxloop.scenarios.study.sweep_plan import SweepPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ def _execute(
     first = next(missing, None)
     if first is None:
         return
-    from scenarios.study import dask_runs  # imports dask, which is slow and optional
+    from luxloop.scenarios.study import dask_runs  # imports dask, which is slow and optional
 
     delivery = dask_runs.Delivery(keep_at, rows.format, parts)
     with (

@@ -8,12 +8,12 @@ import traceback
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from scenarios.errors import InputError, OutputError, StudyError
-from scenarios.files.shipped import CATALOG
-from scenarios.run.versions import Versions, installed
-from scenarios.study import row_parts
-from scenarios.study.design import StudyRun
-from scenarios.study.row_format import RowFormat, RunRow
+from luxloop.scenarios.errors import InputError, OutputError, StudyError
+from luxloop.scenarios.files.shipped import CATALOG
+from luxloop.scenarios.run.versions import Versions, installed
+from luxloop.scenarios.study import row_parts
+from luxloop.scenarios.study.design import StudyRun
+from luxloop.scenarios.study.row_format import RowFormat, RunRow
 
 BROKEN = ("error", "incomplete")
 """Status of runs excluded from statistics: they failed, or measured less time than the others."""
@@ -97,10 +97,10 @@ def failed(error: str) -> RunRow:
 
 
 def _execute(run: StudyRun, keep_at: str | None) -> RunRow:
-    from scenarios.execute import execute
-    from scenarios.files.expect import check, verdict
-    from scenarios.files.scenario import Scenario
-    from scenarios.run import device, loop
+    from luxloop.scenarios.execute import execute
+    from luxloop.scenarios.files.expect import check, verdict
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.run import device, loop
 
     scenario, make_device = Scenario.of(run.document, CATALOG / run.path), device.load(run.tracker)
     if keep_at is None:

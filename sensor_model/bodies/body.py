@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
-from sensor_model.bodies.outline import outline
-from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.relief import plane_relief, waves
-from sensor_model.bodies.shapes import SHAPES, divided_on_rails
-from sensor_model.bodies.solids import Solid, Vector
-from sim.world import Kind
+from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
+from luxloop.sensor_model.bodies.outline import outline
+from luxloop.sensor_model.bodies.proportions import Draw
+from luxloop.sensor_model.bodies.relief import plane_relief, waves
+from luxloop.sensor_model.bodies.shapes import SHAPES, divided_on_rails
+from luxloop.sensor_model.bodies.solids import Solid, Vector
+from luxloop.sim.world import Kind
 
 
 @dataclass(frozen=True, slots=True)

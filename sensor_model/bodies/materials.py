@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Bytes, Floats
-from sensor_model.truth import Part
+from luxloop.sensor_model.arrays import Bytes, Floats
+from luxloop.sensor_model.truth import Part
 
 TYRE_REFLECTIVITY = 0.05
 """Carbon-black rubber; an estimate, as for black paint."""

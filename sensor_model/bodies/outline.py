@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from sensor_model.arrays import Floats
-from sensor_model.bodies.solids import Solid
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.bodies.solids import Solid
 
 
 def outline(solids: Sequence[Solid], stretch: Floats) -> Floats:

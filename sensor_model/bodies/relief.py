@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Bytes, Floats
-from sensor_model.bodies.proportions import Draw
-from sensor_model.truth import Part
+from luxloop.sensor_model.arrays import Bytes, Floats
+from luxloop.sensor_model.bodies.proportions import Draw
+from luxloop.sensor_model.truth import Part
 
 WAVES = 8
 _SHORTEST, _LONGEST = 0.12, 0.60

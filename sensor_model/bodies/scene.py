@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.bodies.articulation import rotate_boxes, rotate_planes
-from sensor_model.bodies.body import Appearance, Body, build
-from sensor_model.bodies.kernels.tilting import tilt_solids
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.relief import WAVES
-from sensor_model.bodies.tilt import tilt_rotations
-from sim.sections import section_moves, sections
-from sim.world import Actors, Ego, Kind, WorldFrame
+from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.sensor_model.bodies.articulation import rotate_boxes, rotate_planes
+from luxloop.sensor_model.bodies.body import Appearance, Body, build
+from luxloop.sensor_model.bodies.kernels.tilting import tilt_solids
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.proportions import Draw
+from luxloop.sensor_model.bodies.relief import WAVES
+from luxloop.sensor_model.bodies.tilt import tilt_rotations
+from luxloop.sim.sections import section_moves, sections
+from luxloop.sim.world import Actors, Ego, Kind, WorldFrame
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from sensor_model.arrays import Floats
-from sensor_model.truth import Part
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.truth import Part
 
 Vector = tuple[float, float, float]
 Profile = Sequence[tuple[float, float]]
@@ -53,7 +53,7 @@ class Solid:
     """True if it is behind glass."""
     ahead: int = 0
     """Number of its section ahead of the one that defines the pose: 1 for a tractor, negative behind, see
-    `sim.sections`. It moves with its section."""
+    `luxloop.sim.sections`. It moves with its section."""
 
     @property
     def is_mirror(self) -> bool:

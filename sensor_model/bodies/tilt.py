@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from sensor_model.arrays import Floats
+from luxloop.sensor_model.arrays import Floats
 
 
 def tilt_rotations(attitude: Floats) -> Floats:
-    """Return (N, 3, 3) rotations R of attitudes (N, 2), as in `sim.world.Actors`: level = R body.
+    """Return (N, 3, 3) rotations R of attitudes (N, 2), as in `luxloop.sim.world.Actors`: level = R body.
 
     The pitch is about y, then the roll about x; the axes of the level frame are those of a body without both.
     """

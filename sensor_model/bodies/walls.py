@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sim.world import Obstacles, Terrain
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sim.world import Obstacles, Terrain
 
 STRIDE = 20.0
 """[m] Distance the ego moves between two look-ups of nearby walls: long enough to be rare, short enough to stay few."""

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.formats.lux_fused_scan import (
+from luxloop.sensor_model.formats.lux_fused_scan import (
     DIRT,
     FUSED,
     GROUND,
@@ -15,9 +15,9 @@ from sensor_model.formats.lux_fused_scan import (
     VEHICLE_FRAME,
     FusedScan,
 )
-from sensor_model.formats.lux_scan_points import firing_time, ntp_time
-from sensor_model.rig.rig import Rig
-from tracker.scan import PointFlag, Scan
+from luxloop.sensor_model.formats.lux_scan_points import firing_time, ntp_time
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.tracker.scan import PointFlag, Scan
 
 FIRST_DEVICE = 1
 """Device number of the first unit; 0 is the fusion system."""

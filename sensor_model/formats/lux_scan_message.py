@@ -11,7 +11,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.arrays import Bytes, Floats
+from luxloop.sensor_model.arrays import Bytes, Floats
 
 DATA_TYPE = 0x2202
 """Type of the message in the data header of the network protocol."""
@@ -71,7 +71,7 @@ class LuxMessage:
     echo: Bytes
     """(N,) 0 to 15; 0 is the nearest echo of its beam."""
     flags: Bytes
-    """(N,) bits 0 to 3 as in `tracker.scan.PointFlag`."""
+    """(N,) bits 0 to 3 as in `luxloop.tracker.scan.PointFlag`."""
     azimuth_ticks: npt.NDArray[np.int16]
     """(N,) in the unit's frame."""
     range_cm: npt.NDArray[np.uint16]

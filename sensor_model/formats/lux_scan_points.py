@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.formats.lux_scan_message import (
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.formats.lux_scan_message import (
     CM_PER_M,
     TICKS_PER_DEG,
     TICKS_PER_TURN,
     LuxHeader,
     LuxMessage,
 )
-from sensor_model.rig.beams import unit_table
-from sensor_model.rig.rig import Mount, Rig
-from tracker.scan import Scan
+from luxloop.sensor_model.rig.beams import unit_table
+from luxloop.sensor_model.rig.rig import Mount, Rig
+from luxloop.tracker.scan import Scan
 
 NTP_EPOCH_S = 2_208_988_800
 """[s] from 1900, where NTP time starts, to 1970. Time 0 of a run is written as this time, so that none is negative."""

@@ -10,7 +10,14 @@ from collections.abc import Iterable, Iterator
 from io import BufferedReader
 from pathlib import Path
 
-from sensor_model.formats.lux_scan_message import DATA_TYPE, HEADER_BYTES, LuxMessage, decode, encode, message_bytes
+from luxloop.sensor_model.formats.lux_scan_message import (
+    DATA_TYPE,
+    HEADER_BYTES,
+    LuxMessage,
+    decode,
+    encode,
+    message_bytes,
+)
 
 MAGIC = 0xAFFEC0C2
 """First word of a data header."""

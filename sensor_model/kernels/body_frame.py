@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Floats
-from sensor_model.compiled import kernel
-from sensor_model.kernels.motion import body_at
-from sensor_model.kernels.rays import rotation_steps
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.motion import body_at
+from luxloop.sensor_model.kernels.rays import rotation_steps
 
 _WIDER = 1.1  # factor of a beam's width that covers the second order of its rays' angles
 _SLACK = 1e-9  # tolerance for rounding, so that no grazing ray is culled

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Bytes, Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import MountErrors
+from luxloop.sensor_model.arrays import Bytes, Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import MountErrors
 
 
 @kernel()

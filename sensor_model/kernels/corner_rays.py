@@ -11,9 +11,9 @@ the slopes of the lowest and highest rays of the beam.
 
 import math
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import NONE
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import NONE
 
 MISSED = -2
 """Result of `entry_of_corners` if no ray of the beam enters the solid."""

@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.azimuth_interval import body_interval, wall_interval
-from sensor_model.kernels.records import EgoDrive
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.azimuth_interval import body_interval, wall_interval
+from luxloop.sensor_model.kernels.records import EgoDrive
 
 _SLACK = 1e-9  # share of an azimuth step: tolerance for rounding, so that no grazing beam is culled
 

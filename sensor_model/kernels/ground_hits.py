@@ -7,9 +7,9 @@ above all its nodes. In a triangle the height of a ray above the ground is linea
 
 import math
 
-from sensor_model.arrays import Floats
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import (
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import (
     COSINE,
     INNER_SURFACE,
     INVERSE_DEPTH,
@@ -18,7 +18,7 @@ from sensor_model.kernels.records import (
     Ground,
     Rays,
 )
-from sensor_model.returns import GROUND, NOTHING
+from luxloop.sensor_model.returns import GROUND, NOTHING
 
 BLOCK = 8
 """Cells along the side of a block."""

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.motion import ego_at
-from sensor_model.kernels.records import BeamAxes, EgoDrive, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.motion import ego_at
+from luxloop.sensor_model.kernels.records import BeamAxes, EgoDrive, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
 
 Vector = tuple[float, float, float]
 

@@ -1,8 +1,8 @@
 """Motion of ego and bodies around the frame's time: constant acceleration and constant yaw rate."""
 
-from sensor_model.arrays import Floats
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import EgoDrive
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import EgoDrive
 
 
 @kernel(inline="always")

@@ -5,9 +5,9 @@ The functions are inlined, because a call costs an atomic reference count per ar
 
 import math
 
-from sensor_model.arrays import Bools, Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import (
+from luxloop.sensor_model.arrays import Bools, Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import (
     COSINE,
     INNER_COSINE,
     INNER_INVERSE_DEPTH,

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import OutlinedBodies
-from sensor_model.kernels.straight_points import straight_point, turned
-from sensor_model.returns import GROUND
-from sensor_model.truth import Cause, Part
+from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import OutlinedBodies
+from luxloop.sensor_model.kernels.straight_points import straight_point, turned
+from luxloop.sensor_model.returns import GROUND
+from luxloop.sensor_model.truth import Cause, Part
 
 _GROUND, _OBSTACLE, _MIRROR = int(Part.GROUND), int(Part.OBSTACLE), int(Part.MIRROR)
 _ON_MIRROR, _OVERLAP = int(Cause.MIRROR), int(Cause.LAYER_OVERLAP)

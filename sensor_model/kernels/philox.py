@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sensor_model.compiled import kernel
+from luxloop.sensor_model.compiled import kernel
 
 _MASK = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.motion import body_at, ego_at
-from sensor_model.kernels.records import Beams, BodyTilts, EgoDrive, Units
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.motion import body_at, ego_at
+from luxloop.sensor_model.kernels.records import Beams, BodyTilts, EgoDrive, Units
 
 
 @kernel()

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Floats
-from sensor_model.compiled import kernel
-from sensor_model.kernels.motion import ego_at
-from sensor_model.kernels.records import (
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.motion import ego_at
+from luxloop.sensor_model.kernels.records import (
     INNER_SURFACE,
     INVERSE_DEPTH,
     NONE,
@@ -20,7 +20,7 @@ from sensor_model.kernels.records import (
     Grid,
     Rays,
 )
-from sensor_model.returns import GROUND, NOTHING
+from luxloop.sensor_model.returns import GROUND, NOTHING
 
 
 @kernel()

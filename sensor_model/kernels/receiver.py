@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.echoes import find_echoes, find_strong_echo, label_echo, sort_by_range
-from sensor_model.kernels.records import (
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.echoes import find_echoes, find_strong_echo, label_echo, sort_by_range
+from luxloop.sensor_model.kernels.records import (
     POWER,
     RANGE,
     Beams,
@@ -17,7 +17,7 @@ from sensor_model.kernels.records import (
     StaticScene,
     Units,
 )
-from sensor_model.kernels.samples import gather_samples
+from luxloop.sensor_model.kernels.samples import gather_samples
 
 
 @kernel()

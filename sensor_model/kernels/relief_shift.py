@@ -2,10 +2,10 @@
 
 import math
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import RoughPlanes
-from sensor_model.kernels.straight_points import straight_point
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import RoughPlanes
+from luxloop.sensor_model.kernels.straight_points import straight_point
 
 _LEAST_COSINE = 0.3  # of incidence for a displacement along a beam; details hide each other at grazing incidence
 

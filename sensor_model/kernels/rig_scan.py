@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.culling import azimuths_in_fan, body_intervals, wall_intervals
-from sensor_model.kernels.ground_hits import intersect_terrain
-from sensor_model.kernels.rays import aim_rays, intersect_ground
-from sensor_model.kernels.receiver import receive_block
-from sensor_model.kernels.records import (
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.culling import azimuths_in_fan, body_intervals, wall_intervals
+from luxloop.sensor_model.kernels.ground_hits import intersect_terrain
+from luxloop.sensor_model.kernels.rays import aim_rays, intersect_ground
+from luxloop.sensor_model.kernels.receiver import receive_block
+from luxloop.sensor_model.kernels.records import (
     BEAM,
     INVERSE_DEPTH,
     SURFACE,
@@ -26,9 +26,9 @@ from sensor_model.kernels.records import (
     StaticScene,
     Units,
 )
-from sensor_model.kernels.solid_hits import intersect_bodies
-from sensor_model.kernels.wall_hits import intersect_walls
-from sensor_model.returns import NOTHING
+from luxloop.sensor_model.kernels.solid_hits import intersect_bodies
+from luxloop.sensor_model.kernels.wall_hits import intersect_walls
+from luxloop.sensor_model.returns import NOTHING
 
 _BLOCK = 2048  # rays that are cast together, so that their state stays in the cache
 

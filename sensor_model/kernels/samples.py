@@ -2,9 +2,9 @@
 
 import math
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import (
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import (
     COSINE,
     INNER_COSINE,
     INNER_INVERSE_DEPTH,
@@ -21,7 +21,7 @@ from sensor_model.kernels.records import (
     Solids,
     StaticScene,
 )
-from sensor_model.returns import GROUND, NOTHING, WALL
+from luxloop.sensor_model.returns import GROUND, NOTHING, WALL
 
 
 @kernel(error_model="numpy")

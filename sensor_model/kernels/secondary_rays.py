@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from sensor_model.arrays import Floats
-from sensor_model.compiled import kernel
-from sensor_model.kernels.ground_hits import terrain_hit
-from sensor_model.kernels.motion import body_at
-from sensor_model.kernels.records import NONE, Solids, StaticScene
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.ground_hits import terrain_hit
+from luxloop.sensor_model.kernels.motion import body_at
+from luxloop.sensor_model.kernels.records import NONE, Solids, StaticScene
 
 _SLACK = 1e-9  # tolerance for rounding, so that no grazing ray is culled
 

@@ -9,9 +9,9 @@ The functions are inlined, because a call costs an atomic reference count per ar
 
 import math
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.records import NONE
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.records import NONE
 
 _ON_PLANE = 1e-300  # distance inside of an origin on a plane: the ray leaves at once, and no division by zero occurs
 

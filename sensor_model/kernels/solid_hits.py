@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sensor_model.arrays import Bools, Floats, Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.body_frame import (
+from luxloop.sensor_model.arrays import Bools, Floats, Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.body_frame import (
     azimuth_limits,
     azimuth_span,
     farthest_distance,
@@ -12,10 +12,10 @@ from sensor_model.kernels.body_frame import (
     plan_distance,
     slope_extremes,
 )
-from sensor_model.kernels.corner_rays import MISSED, depth_bounds, entry_of_corners, keep_relevant
-from sensor_model.kernels.nearest_hits import HIDDEN, PASSED, find_panes, keep_nearer, look_inside
-from sensor_model.kernels.records import INVERSE_DEPTH, NONE, Rays, Solids
-from sensor_model.kernels.slab_entry import enter_by_ray, enter_solid, enter_through, split_planes, start_rays
+from luxloop.sensor_model.kernels.corner_rays import MISSED, depth_bounds, entry_of_corners, keep_relevant
+from luxloop.sensor_model.kernels.nearest_hits import HIDDEN, PASSED, find_panes, keep_nearer, look_inside
+from luxloop.sensor_model.kernels.records import INVERSE_DEPTH, NONE, Rays, Solids
+from luxloop.sensor_model.kernels.slab_entry import enter_by_ray, enter_solid, enter_through, split_planes, start_rays
 
 
 @kernel(error_model="numpy")

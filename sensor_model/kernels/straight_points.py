@@ -2,8 +2,8 @@
 
 import math
 
-from sensor_model.arrays import Floats
-from sensor_model.compiled import kernel
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.compiled import kernel
 
 
 @kernel(inline="always")

@@ -7,11 +7,11 @@ bounds over a beam decide most beams.
 
 import math
 
-from sensor_model.arrays import Ints
-from sensor_model.compiled import kernel
-from sensor_model.kernels.corner_rays import depth_bounds
-from sensor_model.kernels.records import COSINE, INVERSE_DEPTH, SURFACE, TARGET, Rays, StaticScene
-from sensor_model.returns import WALL
+from luxloop.sensor_model.arrays import Ints
+from luxloop.sensor_model.compiled import kernel
+from luxloop.sensor_model.kernels.corner_rays import depth_bounds
+from luxloop.sensor_model.kernels.records import COSINE, INVERSE_DEPTH, SURFACE, TARGET, Rays, StaticScene
+from luxloop.sensor_model.returns import WALL
 
 
 @kernel(error_model="numpy")

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Floats
-from sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 
 _COSINES = 64
 _RUN = 0  # frame number of draws made once per run

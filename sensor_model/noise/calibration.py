@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.rig.beams import UnitTable
+from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.rig.beams import UnitTable
 
 _RUN = 0  # frame number of draws made once per run
 

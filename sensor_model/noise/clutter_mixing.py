@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.kernels.noise import separate_echoes
-from sensor_model.noise.thresholds import Thresholds
-from sensor_model.returns import NOTHING, Returns
-from sensor_model.rig.beams import BeamTable
-from sensor_model.truth import Cause, Part
-from tracker.scan import PointFlag
+from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.sensor_model.kernels.noise import separate_echoes
+from luxloop.sensor_model.noise.thresholds import Thresholds
+from luxloop.sensor_model.returns import NOTHING, Returns
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.truth import Cause, Part
+from luxloop.tracker.scan import PointFlag
 
 
 @dataclass(frozen=True, slots=True, eq=False)

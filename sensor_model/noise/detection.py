@@ -4,16 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.noise.dirt import window_transmission
-from sensor_model.noise.dropout import Sensitivity
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.noise.outage import Outages
-from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.sun import Glare
-from sensor_model.noise.thresholds import Thresholds
-from sensor_model.rig.beams import BeamTable
-from sensor_model.truth import Loss
+from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.sensor_model.noise.dirt import window_transmission
+from luxloop.sensor_model.noise.dropout import Sensitivity
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.noise.outage import Outages
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.sun import Glare
+from luxloop.sensor_model.noise.thresholds import Thresholds
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.truth import Loss
 
 
 class DetectionThresholds:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Floats
-from sensor_model.rig.beams import BeamTable
-from sensor_model.rig.unit_names import ALL_UNITS, unit_rows
+from luxloop.sensor_model.arrays import Floats
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.rig.unit_names import ALL_UNITS, unit_rows
 
 _ROUNDING = 1e-9  # [rad] tolerance that keeps beams on the edges of a sector inside
 

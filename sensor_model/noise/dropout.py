@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from sensor_model.arrays import Bools, Floats
-from sensor_model.kernels.noise import TABLE_BITS, soft_thresholds
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.arrays import Bools, Floats
+from luxloop.sensor_model.kernels.noise import TABLE_BITS, soft_thresholds
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.rig.beams import BeamTable
 
 _LOGISTIC_10_TO_90 = 2.0 * math.log(9.0)  # width of the standard logistic distribution between these shares
 

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Bools, Ints
-from sensor_model.kernels.noise import rare_beams
-from sensor_model.noise.clutter_mixing import Clutter, unit_beams, weak_clutter
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.noise.thresholds import Thresholds
-from sensor_model.rig.beams import BeamTable
-from sensor_model.truth import Cause, Part
+from luxloop.sensor_model.arrays import Bools, Ints
+from luxloop.sensor_model.kernels.noise import rare_beams
+from luxloop.sensor_model.noise.clutter_mixing import Clutter, unit_beams, weak_clutter
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.noise.thresholds import Thresholds
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.truth import Cause, Part
 
 
 @dataclass(frozen=True, slots=True)

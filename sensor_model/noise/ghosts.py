@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.bodies.scene import Bodies
-from sensor_model.kernels.mirrors import bright_mirrors
-from sensor_model.kernels.records import BeamAxes, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
-from sensor_model.noise.clutter_mixing import Clutter, point_width, unit_directions
-from sensor_model.returns import Returns
-from sensor_model.rig.beams import BeamTable
-from sensor_model.scan_context import ScanContext
-from sensor_model.truth import Cause, Part
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.bodies.scene import Bodies
+from luxloop.sensor_model.kernels.mirrors import bright_mirrors
+from luxloop.sensor_model.kernels.records import BeamAxes, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
+from luxloop.sensor_model.noise.clutter_mixing import Clutter, point_width, unit_directions
+from luxloop.sensor_model.returns import Returns
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.scan_context import ScanContext
+from luxloop.sensor_model.truth import Cause, Part
 
 GLASS_NORMAL_REFLECTANCE = 0.08
 """Reflectance of a pane at normal incidence: two faces of index 1.5, 0.04 each (Fresnel)."""

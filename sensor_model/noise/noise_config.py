@@ -2,19 +2,19 @@
 
 from dataclasses import dataclass, field, fields, replace
 
-from sensor_model.noise.attitude import AttitudeNoise
-from sensor_model.noise.calibration import CalibrationError
-from sensor_model.noise.dirt import Dirt, DirtSector
-from sensor_model.noise.dropout import Dropout
-from sensor_model.noise.false_alarms import FalseAlarms
-from sensor_model.noise.ghosts import Ghost
-from sensor_model.noise.odometry_drift import OdometryNoise
-from sensor_model.noise.outage import FixedOutage, Outage
-from sensor_model.noise.outliers import Outliers
-from sensor_model.noise.rain import Rain
-from sensor_model.noise.range_error import RangeNoise
-from sensor_model.noise.spray import Spray
-from sensor_model.noise.sun import Sun
+from luxloop.sensor_model.noise.attitude import AttitudeNoise
+from luxloop.sensor_model.noise.calibration import CalibrationError
+from luxloop.sensor_model.noise.dirt import Dirt, DirtSector
+from luxloop.sensor_model.noise.dropout import Dropout
+from luxloop.sensor_model.noise.false_alarms import FalseAlarms
+from luxloop.sensor_model.noise.ghosts import Ghost
+from luxloop.sensor_model.noise.odometry_drift import OdometryNoise
+from luxloop.sensor_model.noise.outage import FixedOutage, Outage
+from luxloop.sensor_model.noise.outliers import Outliers
+from luxloop.sensor_model.noise.rain import Rain
+from luxloop.sensor_model.noise.range_error import RangeNoise
+from luxloop.sensor_model.noise.spray import Spray
+from luxloop.sensor_model.noise.sun import Sun
 
 __all__ = [
     "KINDS",

@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sensor_model.arrays import Bools
-from sensor_model.kernels import noise as kernels
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.rig.unit_names import unit_rows
+from luxloop.sensor_model.arrays import Bools
+from luxloop.sensor_model.kernels import noise as kernels
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.rig.unit_names import unit_rows
 
 TICK_S = 0.02
 """[s] Step of the Markov chain at any scan rate: a scan of the LUX at its highest rate, 50 Hz."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Bools, Floats, Ints
-from sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.arrays import Bools, Floats, Ints
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Ints
-from sensor_model.kernels.noise import rare_beams
-from sensor_model.noise.clutter_mixing import Clutter, droplets, unit_beams
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.noise.thresholds import Thresholds
-from sensor_model.rig.beams import BeamTable
-from sensor_model.truth import Cause
+from luxloop.sensor_model.arrays import Ints
+from luxloop.sensor_model.kernels.noise import rare_beams
+from luxloop.sensor_model.noise.clutter_mixing import Clutter, droplets, unit_beams
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.noise.thresholds import Thresholds
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.truth import Cause
 
 _DB_PER_NEPER = 10.0 / math.log(10.0)  # of power
 _M_PER_KM = 1000.0

@@ -9,9 +9,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.kernels.noise import beam_pairs, counter_pairs
-from sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.kernels.noise import beam_pairs, counter_pairs
+from luxloop.sensor_model.rig.beams import BeamTable
 
 _WORD = 0xFFFFFFFF
 _NUMBER = 256  # exceeds the number of purposes

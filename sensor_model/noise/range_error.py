@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.rig.beams import BeamTable
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Bools, Floats, Ints
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.noise.outliers import gross_error
-from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.range_error import range_error, width_error
-from sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.arrays import Bools, Floats, Ints
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.noise.outliers import gross_error
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.range_error import range_error, width_error
+from luxloop.sensor_model.rig.beams import BeamTable
 
 _PLACE_M = 0.5  # below the shipped units' echo separation; echoes within the same cell share their error
 

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.arrays import Floats, Ints
-from sensor_model.bodies.scene import Bodies
-from sensor_model.kernels.clusters import cluster_echoes
-from sensor_model.kernels.records import BeamAxes, Droplets, Fans, UnitPoses
-from sensor_model.noise.clutter_mixing import Clutter, droplets, unit_directions
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.noise.thresholds import Thresholds
-from sensor_model.rig.beams import BeamTable
-from sensor_model.scan_context import ScanContext
-from sensor_model.truth import Cause
-from sim.actor_key import actor_key
+from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.sensor_model.bodies.scene import Bodies
+from luxloop.sensor_model.kernels.clusters import cluster_echoes
+from luxloop.sensor_model.kernels.records import BeamAxes, Droplets, Fans, UnitPoses
+from luxloop.sensor_model.noise.clutter_mixing import Clutter, droplets, unit_directions
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.noise.thresholds import Thresholds
+from luxloop.sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.scan_context import ScanContext
+from luxloop.sensor_model.truth import Cause
+from luxloop.sim.actor_key import actor_key
 
 CYCLE_S = 0.1
 """[s] Clusters are born at multiples of this, at any scan rate: the scan period of the unit of the measurements."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensor_model.arrays import Bools
-from sensor_model.rig.beams import BeamTable
+from luxloop.sensor_model.arrays import Bools
+from luxloop.sensor_model.rig.beams import BeamTable
 
 
 @dataclass(frozen=True, slots=True)

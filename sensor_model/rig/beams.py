@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from sensor_model.arrays import Bytes, Floats, Ints
-from sensor_model.rig.rig import Mount, Rig
-from sensor_model.rig.unit import Fan, UnitModel
+from luxloop.sensor_model.arrays import Bytes, Floats, Ints
+from luxloop.sensor_model.rig.rig import Mount, Rig
+from luxloop.sensor_model.rig.unit import Fan, UnitModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,9 +4,9 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from sensor_model.rig.toml_table import RigError, Table, read_table
-from sensor_model.rig.unit import Fan, UnitModel
-from sensor_model.rig.unit_names import ALL_UNITS
+from luxloop.sensor_model.rig.toml_table import RigError, Table, read_table
+from luxloop.sensor_model.rig.unit import Fan, UnitModel
+from luxloop.sensor_model.rig.unit_names import ALL_UNITS
 
 __all__ = ["SHIPPED", "Mount", "Rig", "RigError", "load_rig", "load_unit"]
 

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sim.arrays import Bools, Floats
-from sim.candidates.candidates import Candidates
-from sim.candidates.line_of_sight import count_blocked, count_near
-from sim.candidates.moment import Body, Moment
-from sim.kinematics import wrap_angle
-from sim.modes import ModeLimits
+from luxloop.sim.arrays import Bools, Floats
+from luxloop.sim.candidates.candidates import Candidates
+from luxloop.sim.candidates.line_of_sight import count_blocked, count_near
+from luxloop.sim.candidates.moment import Body, Moment
+from luxloop.sim.kinematics import wrap_angle
+from luxloop.sim.modes import ModeLimits
 
 TURNS_FROM = math.radians(5.0)
 """[rad/s] A vehicle turns from this yaw rate on: a radius of 115 m at 10 m/s."""

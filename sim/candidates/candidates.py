@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.arrays import Bools, Floats, Ints
-from sim.candidates.moment import Body
-from sim.candidates.want import Want
+from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.sim.candidates.moment import Body
+from luxloop.sim.candidates.want import Want
 
 STAY_S = 30.0
 """[s] Default stay that a candidate needs; shorter ones come last."""

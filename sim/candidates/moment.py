@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from sim.arrays import Floats, Ints
+from luxloop.sim.arrays import Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from sim.source import TrafficInputError
+from luxloop.sim.source import TrafficInputError
 
 
 def install_drivers(env: Any, *, ego: bool) -> None:

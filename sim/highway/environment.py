@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from sim.source import TrafficError, TrafficInputError
+from luxloop.sim.source import TrafficError, TrafficInputError
 
 SIMULATION_HZ = 25
 POLICY_HZ = 12.5

@@ -3,13 +3,13 @@
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from sim.modes import ModeLimits
-from sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.modes import ModeLimits
+from luxloop.sim.physical.physical_config import PhysicalConfig
 
 _LARGEST = 10_000
 """Maximum of numbers in an environment's configuration: more lanes or vehicles take minutes to build."""
 
-MOTORIST = "sim.highway.motorist.Motorist"
+MOTORIST = "luxloop.sim.highway.motorist.Motorist"
 """Drivers within the limits of cars, as a value of `other_vehicles_type`."""
 
 SMOOTHING_S = 0.32
@@ -26,7 +26,7 @@ class HighwayTraffic:
     same class as the other vehicles."""
     config: dict[str, Any] = field(default_factory=dict)
     """Overrides of the environment's configuration, by its keys. The drivers of highway-env turn more sharply than cars
-    can; `other_vehicles_type = "sim.highway.motorist.Motorist"` selects drivers that respect such limits."""
+    can; `other_vehicles_type = "luxloop.sim.highway.motorist.Motorist"` selects drivers that respect such limits."""
     ego: Literal["idm", "fixed", "controlled"] = "idm"
     """`idm`: a driver of the same class as the others, by IDM and MOBIL; on a car park, which has no road to follow,
     the ego stands. `fixed`: the ego repeats `action`, and soon crashes. `controlled`: it repeats the last commanded

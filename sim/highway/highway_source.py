@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.frame_builder import FrameBuilder
-from sim.highway.agents import controlled_action, idle_action, install_drivers
-from sim.highway.environment import POLICY_HZ, Tuning, make, recorded_tuning, restore, translated_errors
-from sim.highway.highway_config import HighwayTraffic
-from sim.kinematics import RawFrame, wrap_angle
-from sim.origin import origin_near
-from sim.physical.layer import PhysicalTruth
-from sim.roster import Member, Roster
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.world import Kind, Obstacles, WorldFrame
+from luxloop.sim.arrays import Floats
+from luxloop.sim.frame_builder import FrameBuilder
+from luxloop.sim.highway.agents import controlled_action, idle_action, install_drivers
+from luxloop.sim.highway.environment import POLICY_HZ, Tuning, make, recorded_tuning, restore, translated_errors
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.kinematics import RawFrame, wrap_angle
+from luxloop.sim.origin import origin_near
+from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.roster import Member, Roster
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from luxloop.sim.world import Kind, Obstacles, WorldFrame
 
 VEHICLE_HEIGHT = 1.5
 """[m] highway-env is flat. All its vehicles are cars of 5 m by 2 m by default."""

@@ -13,8 +13,8 @@ import numpy as np
 from highway_env.road.regulation import RegulatedRoad
 from highway_env.vehicle.behavior import IDMVehicle
 
-from sim.arrays import Floats
-from sim.highway.environment import SIMULATION_HZ
+from luxloop.sim.arrays import Floats
+from luxloop.sim.highway.environment import SIMULATION_HZ
 
 COMFORTABLE_ACCELERATION = 3.5
 """[m/s^2] Lateral acceleration to which a driver slows down before a bend; most stay below it in everyday traffic."""

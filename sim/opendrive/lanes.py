@@ -3,7 +3,7 @@
 from bisect import bisect_right
 from dataclasses import dataclass
 
-from sim.xml_tree import XmlElement
+from luxloop.sim.xml_tree import XmlElement
 
 ROUNDING_M = 1e-6
 

@@ -6,8 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.xml_tree import XmlElement
+from luxloop.sim.arrays import Floats
+from luxloop.sim.xml_tree import XmlElement
 
 LINK_M = 0.1
 """[m] Step of the table that converts arc length to the parameter of a `poly3`."""

@@ -4,9 +4,9 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass
 
-from sim.opendrive.lanes import LaneSection, Steps, read_sections, read_steps
-from sim.opendrive.reference_line import Geometry, read_geometry
-from sim.xml_tree import XmlElement
+from luxloop.sim.opendrive.lanes import LaneSection, Steps, read_sections, read_steps
+from luxloop.sim.opendrive.reference_line import Geometry, read_geometry
+from luxloop.sim.xml_tree import XmlElement
 
 
 @dataclass(frozen=True, slots=True)

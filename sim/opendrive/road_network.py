@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from sim.opendrive.road import Road, read_road
-from sim.xml_tree import XmlElement, read_xml
+from luxloop.sim.opendrive.road import Road, read_road
+from luxloop.sim.xml_tree import XmlElement, read_xml
 
 STEP_M = 2.0
 """[m] Distance of the points at which the nearest road is searched."""

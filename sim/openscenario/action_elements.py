@@ -1,7 +1,7 @@
 """Actions of OpenSCENARIO files."""
 
-from sim.openscenario.catalogs import require_entity
-from sim.openscenario.storyboard import (
+from luxloop.sim.openscenario.catalogs import require_entity
+from luxloop.sim.openscenario.storyboard import (
     Action,
     DistanceAction,
     Dynamics,
@@ -9,7 +9,7 @@ from sim.openscenario.storyboard import (
     LaneChangeAction,
     SpeedAction,
 )
-from sim.xml_tree import XmlElement
+from luxloop.sim.xml_tree import XmlElement
 
 SUPPORTED = "SpeedAction, LaneChangeAction, LongitudinalDistanceAction, and TeleportAction in Init"
 FLAGS = {"true": "yes", "1": "yes", "false": "", "0": ""}

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from sim.openscenario.expressions import resolve
-from sim.openscenario.storyboard import Entity
-from sim.source import TrafficInputError
-from sim.world import Kind
-from sim.xml_tree import XmlElement, read_xml
+from luxloop.sim.openscenario.expressions import resolve
+from luxloop.sim.openscenario.storyboard import Entity
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.world import Kind
+from luxloop.sim.xml_tree import XmlElement, read_xml
 
 KINDS = {
     "car": Kind.CAR,

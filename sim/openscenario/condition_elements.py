@@ -1,10 +1,10 @@
 """Triggers and conditions of OpenSCENARIO files."""
 
-from sim.openscenario.action_elements import flag
-from sim.openscenario.catalogs import require_entity
-from sim.openscenario.position_elements import read_position
-from sim.openscenario.storyboard import Condition, Entity, EntityCondition, Trigger, ValueCondition
-from sim.xml_tree import XmlElement
+from luxloop.sim.openscenario.action_elements import flag
+from luxloop.sim.openscenario.catalogs import require_entity
+from luxloop.sim.openscenario.position_elements import read_position
+from luxloop.sim.openscenario.storyboard import Condition, Entity, EntityCondition, Trigger, ValueCondition
+from luxloop.sim.xml_tree import XmlElement
 
 RULES = {name: name for name in ("greaterThan", "lessThan", "equalTo", "greaterOrEqual", "lessOrEqual", "notEqualTo")}
 EDGES = {name: name for name in ("none", "rising", "falling", "risingOrFalling")}

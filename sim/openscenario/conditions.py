@@ -4,11 +4,11 @@ import math
 from collections import deque
 from typing import Protocol
 
-from sim.opendrive.road_network import RoadNetwork
-from sim.openscenario.distances import in_own_axes, signed_distance
-from sim.openscenario.placement import point
-from sim.openscenario.storyboard import Condition, EntityCondition, RelativePlace, Trigger, ValueCondition
-from sim.openscenario.traveller import Traveller
+from luxloop.sim.opendrive.road_network import RoadNetwork
+from luxloop.sim.openscenario.distances import in_own_axes, signed_distance
+from luxloop.sim.openscenario.placement import point
+from luxloop.sim.openscenario.storyboard import Condition, EntityCondition, RelativePlace, Trigger, ValueCondition
+from luxloop.sim.openscenario.traveller import Traveller
 
 EQUAL = 1e-6
 """Numbers closer than this count as equal."""

@@ -2,8 +2,8 @@
 
 import math
 
-from sim.openscenario.storyboard import EntityCondition
-from sim.openscenario.traveller import Traveller
+from luxloop.sim.openscenario.storyboard import EntityCondition
+from luxloop.sim.openscenario.traveller import Traveller
 
 MOST_ROADS = 30
 """Number of roads ahead on which another entity is searched."""

@@ -6,8 +6,8 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 
-from sim.source import TrafficInputError
-from sim.xml_tree import XmlElement
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.xml_tree import XmlElement
 
 LONGEST = 500
 """Maximum length of an expression."""

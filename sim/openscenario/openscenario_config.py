@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from sim.modes import ModeLimits
-from sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.modes import ModeLimits
+from luxloop.sim.physical.physical_config import PhysicalConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

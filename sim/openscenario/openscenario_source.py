@@ -6,19 +6,19 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.frame_builder import FrameBuilder
-from sim.kinematics import RawFrame, wrap_angle
-from sim.missing_file import missing_file
-from sim.opendrive.road_network import RoadNetwork, read_network
-from sim.openscenario.openscenario_config import OpenScenarioTraffic
-from sim.openscenario.storyboard import Storyboard
-from sim.openscenario.storyboard_elements import read_storyboard
-from sim.openscenario.storyboard_run import StoryboardRun
-from sim.origin import origin_near
-from sim.physical.layer import PhysicalTruth
-from sim.roster import Member, Roster
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.world import Obstacles, WorldFrame
+from luxloop.sim.frame_builder import FrameBuilder
+from luxloop.sim.kinematics import RawFrame, wrap_angle
+from luxloop.sim.missing_file import missing_file
+from luxloop.sim.opendrive.road_network import RoadNetwork, read_network
+from luxloop.sim.openscenario.openscenario_config import OpenScenarioTraffic
+from luxloop.sim.openscenario.storyboard import Storyboard
+from luxloop.sim.openscenario.storyboard_elements import read_storyboard
+from luxloop.sim.openscenario.storyboard_run import StoryboardRun
+from luxloop.sim.origin import origin_near
+from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.roster import Member, Roster
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from luxloop.sim.world import Obstacles, WorldFrame
 
 MARGIN = 30.0
 """[m] Margin beyond the delivery radius, so that bodies are in steady motion when they enter it."""

@@ -2,11 +2,19 @@
 
 import math
 
-from sim.opendrive.road import Road
-from sim.opendrive.road_network import RoadNetwork
-from sim.openscenario.storyboard import Entity, EntityCondition, LanePlace, Place, RelativePlace, Storyboard, WorldPlace
-from sim.openscenario.traveller import Traveller
-from sim.xml_tree import XmlElement
+from luxloop.sim.opendrive.road import Road
+from luxloop.sim.opendrive.road_network import RoadNetwork
+from luxloop.sim.openscenario.storyboard import (
+    Entity,
+    EntityCondition,
+    LanePlace,
+    Place,
+    RelativePlace,
+    Storyboard,
+    WorldPlace,
+)
+from luxloop.sim.openscenario.traveller import Traveller
+from luxloop.sim.xml_tree import XmlElement
 
 ALIGNED_RAD = 0.35
 """[rad] Largest angle between a world position's heading and its lane. The entity then follows the lane."""

@@ -2,9 +2,9 @@
 
 import math
 
-from sim.openscenario.catalogs import require_entity
-from sim.openscenario.storyboard import Entity, LanePlace, Place, RelativePlace, WorldPlace
-from sim.xml_tree import XmlElement
+from luxloop.sim.openscenario.catalogs import require_entity
+from luxloop.sim.openscenario.storyboard import Entity, LanePlace, Place, RelativePlace, WorldPlace
+from luxloop.sim.xml_tree import XmlElement
 
 ALIGNED_RAD = 0.01
 """[rad] Orientations closer to 0 than this count as along the lane."""

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Mapping
 
-from sim.openscenario.distances import ahead_on_road, free_space
-from sim.openscenario.storyboard import DistanceAction, SpeedAction
-from sim.openscenario.transitions import share, speed_duration
-from sim.openscenario.traveller import Traveller
+from luxloop.sim.openscenario.distances import ahead_on_road, free_space
+from luxloop.sim.openscenario.storyboard import DistanceAction, SpeedAction
+from luxloop.sim.openscenario.transitions import share, speed_duration
+from luxloop.sim.openscenario.traveller import Traveller
 
 STIFFNESS = 4.0
 """[1/s^2] Spring constant of the controller of distances, which is critically damped."""

@@ -2,9 +2,9 @@
 
 from typing import Any, Protocol
 
-from sim.openscenario.conditions import Scene, TriggerWatch
-from sim.openscenario.storyboard import Action, Step
-from sim.xml_tree import XmlElement
+from luxloop.sim.openscenario.conditions import Scene, TriggerWatch
+from luxloop.sim.openscenario.storyboard import Action, Step
+from luxloop.sim.xml_tree import XmlElement
 
 MOMENTS = 1
 """Instants for which a transition remains visible, so that conditions that are evaluated earlier notice it."""

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from sim.world import Kind
-from sim.xml_tree import XmlElement
+from luxloop.sim.world import Kind
+from luxloop.sim.xml_tree import XmlElement
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from sim.openscenario.action_elements import read_private_action
-from sim.openscenario.catalogs import read_entities, require_entity
-from sim.openscenario.condition_elements import read_trigger
-from sim.openscenario.expressions import resolve
-from sim.openscenario.position_elements import read_position
-from sim.openscenario.storyboard import Action, Entity, Place, Step, Storyboard, ValueCondition
-from sim.xml_tree import XmlElement, read_xml
+from luxloop.sim.openscenario.action_elements import read_private_action
+from luxloop.sim.openscenario.catalogs import read_entities, require_entity
+from luxloop.sim.openscenario.condition_elements import read_trigger
+from luxloop.sim.openscenario.expressions import resolve
+from luxloop.sim.openscenario.position_elements import read_position
+from luxloop.sim.openscenario.storyboard import Action, Entity, Place, Step, Storyboard, ValueCondition
+from luxloop.sim.xml_tree import XmlElement, read_xml
 
 PRIORITIES = {"overwrite": "override", "override": "override", "skip": "skip", "parallel": "parallel"}
 MOST_EXECUTIONS = 10_000

@@ -1,13 +1,13 @@
 """Execution of a storyboard in small steps of time."""
 
-from sim.opendrive.road_network import RoadNetwork
-from sim.openscenario.conditions import TriggerWatch
-from sim.openscenario.placement import place_all, require_places, shifted_lane
-from sim.openscenario.speed_control import DistanceControl, SpeedChange
-from sim.openscenario.step_run import StepRun
-from sim.openscenario.storyboard import Action, DistanceAction, LaneChangeAction, SpeedAction, Storyboard
-from sim.openscenario.traveller import LaneChange, Traveller
-from sim.xml_tree import XmlElement
+from luxloop.sim.opendrive.road_network import RoadNetwork
+from luxloop.sim.openscenario.conditions import TriggerWatch
+from luxloop.sim.openscenario.placement import place_all, require_places, shifted_lane
+from luxloop.sim.openscenario.speed_control import DistanceControl, SpeedChange
+from luxloop.sim.openscenario.step_run import StepRun
+from luxloop.sim.openscenario.storyboard import Action, DistanceAction, LaneChangeAction, SpeedAction, Storyboard
+from luxloop.sim.openscenario.traveller import LaneChange, Traveller
+from luxloop.sim.xml_tree import XmlElement
 
 AT_ONCE = 20
 """Evaluations at 0 s, so that events that start there are in effect in the first frame."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from sim.openscenario.storyboard import Dynamics
+from luxloop.sim.openscenario.storyboard import Dynamics
 
 SHAPES: dict[str, Callable[[float], float]] = {
     "step": lambda _: 1.0,

@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from sim.opendrive.road import Road
-from sim.opendrive.road_network import RoadNetwork
-from sim.openscenario.storyboard import Dynamics, Entity, LaneChangeAction
-from sim.openscenario.transitions import lane_change_extent, share
+from luxloop.sim.opendrive.road import Road
+from luxloop.sim.opendrive.road_network import RoadNetwork
+from luxloop.sim.openscenario.storyboard import Dynamics, Entity, LaneChangeAction
+from luxloop.sim.openscenario.transitions import lane_change_extent, share
 
 SLOWEST_M = 1e-6
 """[m] Shorter steps do not define a course."""

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sim.arrays import Ints
-from sim.articulation import hitch, is_articulated
-from sim.physical.kernels.records import NO_FRAME, BodyDimensions, BodyStates, RawHistory
-from sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
-from sim.roster import EGO_ID, Member
-from sim.sections import is_on_rails, section_count
-from sim.world import Kind
+from luxloop.sim.arrays import Ints
+from luxloop.sim.articulation import hitch, is_articulated
+from luxloop.sim.physical.kernels.records import NO_FRAME, BodyDimensions, BodyStates, RawHistory
+from luxloop.sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
+from luxloop.sim.roster import EGO_ID, Member
+from luxloop.sim.sections import is_on_rails, section_count
+from luxloop.sim.world import Kind
 
 REAR_AXLE = 0.8
 """Rear axle behind the front bumper, as a share of the length: of cars and, roughly, of all other kinds."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from sim.physical.limits import SLOW_CHANGE
+from luxloop.sim.physical.limits import SLOW_CHANGE
 
 
 def minimum_jerk(s: float) -> float:

@@ -5,18 +5,18 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim.arrays import Floats, Ints
-from sim.kinematics import Kinematics, RawFrame
-from sim.physical.body_tables import BodyTables, has_sections
-from sim.physical.kernels.frame_input import store_frame
-from sim.physical.kernels.frame_motion import frame_motions
-from sim.physical.lane_change import SpreadLaneChange
-from sim.physical.limits import BEHIND_S
-from sim.physical.physical_config import PhysicalConfig
-from sim.physical.section_chain import SectionChain
-from sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
-from sim.roster import Member
-from sim.world import JOINTS
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.kinematics import Kinematics, RawFrame
+from luxloop.sim.physical.body_tables import BodyTables, has_sections
+from luxloop.sim.physical.kernels.frame_input import store_frame
+from luxloop.sim.physical.kernels.frame_motion import frame_motions
+from luxloop.sim.physical.lane_change import SpreadLaneChange
+from luxloop.sim.physical.limits import BEHIND_S
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.physical.section_chain import SectionChain
+from luxloop.sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
+from luxloop.sim.roster import Member
+from luxloop.sim.world import JOINTS
 
 
 class PhysicalTruth:

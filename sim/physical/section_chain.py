@@ -9,12 +9,12 @@ import math
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.kinematics import wrap_angle
-from sim.physical.limits import STANDING
-from sim.roster import Member
-from sim.sections import sections
-from sim.world import JOINTS
+from luxloop.sim.arrays import Floats
+from luxloop.sim.kinematics import wrap_angle
+from luxloop.sim.physical.limits import STANDING
+from luxloop.sim.roster import Member
+from luxloop.sim.sections import sections
+from luxloop.sim.world import JOINTS
 
 STEP_M = 0.3
 """[m] Distance between stored points of a path."""

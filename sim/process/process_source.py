@@ -23,10 +23,10 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
-from sim.process.worker import Preload, Request, StartRun
-from sim.source import (
+from luxloop.sim.arrays import Floats
+from luxloop.sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
+from luxloop.sim.process.worker import Preload, Request, StartRun
+from luxloop.sim.source import (
     EgoCommand,
     SimulatorFailedError,
     StartReport,
@@ -47,7 +47,7 @@ Frame_co = TypeVar("Frame_co", covariant=True)
 
 
 class SteppedSource(Protocol[Start_co, Frame_co]):
-    """A source that a worker process can run: traffic, or a survey of it. See `sim.source.TrafficSource`."""
+    """A source that a worker process can run: traffic, or a survey of it. See `luxloop.sim.source.TrafficSource`."""
 
     dt: float
     origin: Floats
@@ -183,7 +183,7 @@ class ProcessSource(Generic[Start_co, Frame_co]):
 
 
 class _Process:
-    """A Python process that runs `sim.process.worker.serve`."""
+    """A Python process that runs `luxloop.sim.process.worker.serve`."""
 
     idle: ClassVar[list["_Process"]] = []
     """Processes without a run, kept for the next one."""
@@ -192,12 +192,9 @@ class _Process:
         # The process makes the folder: only then does a parent that is killed at any time leave none.
         self._scratch = str(Path(tempfile.gettempdir(), f"luxloop-{uuid.uuid4().hex}"))
         self._owner = os.getpid()
-        # The current folder may come first on the path, and have a folder `sim` of the user.
-        home, path = str(Path(__file__).parents[2]), list(map(str, sys.path))
-        program = (
-            f"import sys; sys.path[:] = {[home, *path]!r}; from sim.process.worker import serve; "
-            f"sys.path.remove({home!r}); serve({self._scratch!r})"
-        )
+        path = list(map(str, sys.path))
+        worker = f"from luxloop.sim.process.worker import serve; serve({self._scratch!r})"
+        program = f"import sys; sys.path[:] = {path!r}; {worker}"
         # messages of the simulator; a pipe that is not read would block it
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
         self._popen = subprocess.Popen(

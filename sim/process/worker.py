@@ -1,4 +1,4 @@
-"""Worker process of `sim.process.process_source`: runs a traffic source on request, run after run.
+"""Worker process of `luxloop.sim.process.process_source`: runs a traffic source on request, run after run.
 
 Requests arrive on standard input, replies leave on the original standard output, all pickled. Imports are minimal: only
 the source loads its simulator.
@@ -23,8 +23,8 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
-from sim.rare_collection import collect_rarely
-from sim.source import StartStatus, TrafficError, TrafficSource, watch_start
+from luxloop.sim.rare_collection import collect_rarely
+from luxloop.sim.source import StartStatus, TrafficError, TrafficSource, watch_start
 
 REPORT_INTERVAL_S = 0.2
 """[s] Least time between two reports of one activity."""

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.obstacles import Prism
-from sim.replay.commonroad_checks import require_plausible_numbers
-from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
-from sim.source import TrafficInputError
+from luxloop.sim.arrays import Floats
+from luxloop.sim.obstacles import Prism
+from luxloop.sim.replay.commonroad_checks import require_plausible_numbers
+from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
+from luxloop.sim.source import TrafficInputError
 
 ROOT = "commonRoad"
 ROAD_USERS = {

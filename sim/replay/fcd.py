@@ -13,11 +13,11 @@ from typing import BinaryIO
 
 import numpy as np
 
-from sim.arrays import Floats, Ints
-from sim.compressed import open_gz
-from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
-from sim.source import TrafficInputError
-from sim.xml_root import NOT_XML
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.compressed import open_gz
+from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.xml_root import NOT_XML
 
 ROOT = "fcd-export"
 DEFAULT_TYPE = {"vehicle": "DEFAULT_VEHTYPE", "person": "DEFAULT_PEDTYPE"}

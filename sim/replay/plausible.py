@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sim.arrays import Bools, Floats
-from sim.replay.recording import Recording
-from sim.source import TrafficInputError
+from luxloop.sim.arrays import Bools, Floats
+from luxloop.sim.replay.recording import Recording
+from luxloop.sim.source import TrafficInputError
 
 LATEST_S = 1e11
 """[s] Clocks count from 1970 at most: 2e9 s. Milliseconds and shorter units are larger."""

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from sim.arrays import Floats, Ints
-from sim.obstacles import Prism
-from sim.scripted.script import SIZE_BY_KIND, KindName, Size
-from sim.source import TrafficInputError
-from sim.world import Kind
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.obstacles import Prism
+from luxloop.sim.scripted.script import SIZE_BY_KIND, KindName, Size
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.world import Kind
 
 KIND_BY_NAME = {kind.name.lower().replace("_", "-"): kind for kind in Kind}
 

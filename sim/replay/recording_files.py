@@ -4,13 +4,13 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from sim.missing_file import missing_file
-from sim.replay import commonroad, fcd
-from sim.replay.plausible import require_plausible
-from sim.replay.recording import Recording, ReplayType
-from sim.replay.track_tables import read_table
-from sim.source import TrafficInputError
-from sim.xml_root import root_element
+from luxloop.sim.missing_file import missing_file
+from luxloop.sim.replay import commonroad, fcd
+from luxloop.sim.replay.plausible import require_plausible
+from luxloop.sim.replay.recording import Recording, ReplayType
+from luxloop.sim.replay.track_tables import read_table
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.xml_root import root_element
 
 Reader = Callable[[Path, Mapping[str, ReplayType]], Recording]
 

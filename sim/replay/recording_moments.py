@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sim.candidates.moment import Body, Moment
-from sim.replay.recording import Recording
-from sim.replay.trajectories import ROUNDING, Trajectories
-from sim.world import VEHICLE_KINDS, Kind
+from luxloop.sim.candidates.moment import Body, Moment
+from luxloop.sim.replay.recording import Recording
+from luxloop.sim.replay.trajectories import ROUNDING, Trajectories
+from luxloop.sim.world import VEHICLE_KINDS, Kind
 
 INTERVAL_S = 1.0
 """[s] Time between two moments."""

@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from sim.modes import ModeLimits
-from sim.physical.physical_config import PhysicalConfig
-from sim.replay.recording import ReplayType
-from sim.scripted.script import ScriptedObstacle
+from luxloop.sim.modes import ModeLimits
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.replay.recording import ReplayType
+from luxloop.sim.scripted.script import ScriptedObstacle
 
 ENDINGS = (".csv", ".csv.gz", ".parquet", ".xml", ".xml.gz")
 

@@ -5,19 +5,19 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.arrays import Floats, Ints
-from sim.frame_builder import FrameBuilder
-from sim.kinematics import RawFrame, wrap_angle
-from sim.obstacles import obstacles
-from sim.origin import origin_near
-from sim.physical.layer import PhysicalTruth
-from sim.replay.recording import Recording
-from sim.replay.recording_files import read_recording
-from sim.replay.replay_config import ReplayTraffic
-from sim.replay.trajectories import ROUNDING, Trajectories
-from sim.roster import Member, Roster
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.world import Obstacles, WorldFrame
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.frame_builder import FrameBuilder
+from luxloop.sim.kinematics import RawFrame, wrap_angle
+from luxloop.sim.obstacles import obstacles
+from luxloop.sim.origin import origin_near
+from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.replay.recording import Recording
+from luxloop.sim.replay.recording_files import read_recording
+from luxloop.sim.replay.replay_config import ReplayTraffic
+from luxloop.sim.replay.trajectories import ROUNDING, Trajectories
+from luxloop.sim.roster import Member, Roster
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from luxloop.sim.world import Obstacles, WorldFrame
 
 MARGIN = 30.0
 """[m] Margin beyond the delivery radius, so that bodies are in steady motion when they enter it."""

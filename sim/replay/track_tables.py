@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from sim import csv_rows
-from sim.arrays import Floats, Ints
-from sim.compressed import DAMAGED, open_gz
-from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
-from sim.source import TrafficInputError
-from sim.world import Kind
+from luxloop.sim import csv_rows
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.compressed import DAMAGED, open_gz
+from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.world import Kind
 
 REQUIRED = ("time_s", "id", "x_m", "y_m")
 SIZES = ("length_m", "width_m", "height_m")

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.arrays import Floats, Ints
-from sim.replay.recording import Recording
-from sim.source import TrafficInputError
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.replay.recording import Recording
+from luxloop.sim.source import TrafficInputError
 
 FASTEST = 100.0
 """[m/s] Above road speeds: a faster step splits a trajectory, so that no body jumps across the map."""

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from sim.arrays import Floats
+from luxloop.sim.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.obstacles import Prism, StreetKind, build
-from sim.scripted.motions import Motion, Spin, Static, require_sequence
-from sim.world import Kind
+from luxloop.sim.arrays import Floats
+from luxloop.sim.obstacles import Prism, StreetKind, build
+from luxloop.sim.scripted.motions import Motion, Spin, Static, require_sequence
+from luxloop.sim.world import Kind
 
 KindName = Literal[
     "car", "suv", "van", "truck", "trailer-truck", "bus", "motorcycle", "bicycle", "pedestrian", "obstacle"

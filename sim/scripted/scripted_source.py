@@ -7,17 +7,17 @@ from typing import Literal
 
 import numpy as np
 
-from sim.actor_key import Stream, actor_rng
-from sim.arrays import Floats
-from sim.frame_builder import FrameBuilder
-from sim.kinematics import Kinematics, wrap_angle
-from sim.modes import ModeLimits
-from sim.obstacles import obstacles
-from sim.roster import Roster
-from sim.scripted.motions import state_at
-from sim.scripted.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
-from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
-from sim.world import Kind, Obstacles, WorldFrame
+from luxloop.sim.actor_key import Stream, actor_rng
+from luxloop.sim.arrays import Floats
+from luxloop.sim.frame_builder import FrameBuilder
+from luxloop.sim.kinematics import Kinematics, wrap_angle
+from luxloop.sim.modes import ModeLimits
+from luxloop.sim.obstacles import obstacles
+from luxloop.sim.roster import Roster
+from luxloop.sim.scripted.motions import state_at
+from luxloop.sim.scripted.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
+from luxloop.sim.world import Kind, Obstacles, WorldFrame
 
 
 @dataclass(frozen=True, slots=True)

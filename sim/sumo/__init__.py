@@ -1,1 +1,1 @@
-"""Traffic by SUMO, run through libsumo, which only `sim.sumo.sumo_source` imports."""
+"""Traffic by SUMO, run through libsumo, which only `luxloop.sim.sumo.sumo_source` imports."""

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from sim.source import EgoCommand, TrafficInputError
+from luxloop.sim.source import EgoCommand, TrafficInputError
 
 _SPEED_MODE = 0b1100110
 """SUMO's bit field for commanded speeds: acceleration (bit 1) and deceleration (2) respect the type's limits; safe
@@ -32,7 +32,7 @@ class EgoControl:
         sumo.vehicle.setLaneChangeMode(ego, _LANE_CHANGE_MODE)
 
     def apply(self, command: EgoCommand) -> None:
-        """Command speed and lane. See `sim.source.TrafficSource.apply`."""
+        """Command speed and lane. See `luxloop.sim.source.TrafficSource.apply`."""
         if command.action is not None:
             raise TrafficInputError("action: SUMO's ego accepts no action; command speed_mps and lane")
         speed, lane = command.speed_mps, command.lane

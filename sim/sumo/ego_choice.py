@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import scipy
 
-from sim.candidates.candidate_log import CandidateLog
-from sim.candidates.want import Want
-from sim.source import StartReport, StartStatus, TrafficEndedError, TrafficInputError, ignore_status
-from sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.survey import SumoSurvey
+from luxloop.sim.candidates.candidate_log import CandidateLog
+from luxloop.sim.candidates.want import Want
+from luxloop.sim.source import StartReport, StartStatus, TrafficEndedError, TrafficInputError, ignore_status
+from luxloop.sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.survey import SumoSurvey
 
 LISTED = 8
 """Largest number of names in a message."""
@@ -70,7 +70,7 @@ def await_ego(
     sumo
         The libsumo module, running.
     ego
-        Selector of the ego, see `sim.sumo.sumo_config.SumoTraffic`.
+        Selector of the ego, see `luxloop.sim.sumo.sumo_config.SumoTraffic`.
     until
         Time limit on SUMO's clock [s].
     report

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from sim.sumo.vehicle_kinds import kind_of_shape
-from sim.world import Kind
+from luxloop.sim.sumo.vehicle_kinds import kind_of_shape
+from luxloop.sim.world import Kind
 
 REJECTED_CLASSES = frozenset(
     {

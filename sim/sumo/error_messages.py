@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from sim.sumo.input_checks import input_files, text_of
+from luxloop.sim.sumo.input_checks import input_files, text_of
 
 _REMEDIES = (
     (r"The edge .* is not known", "name an edge of the net"),

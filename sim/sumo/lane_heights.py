@@ -7,9 +7,9 @@ from xml.parsers import expat
 
 import numpy as np
 
-from sim.compressed import DAMAGED, open_detected
-from sim.road_terrain import LaneSections
-from sim.source import TrafficInputError
+from luxloop.sim.compressed import DAMAGED, open_detected
+from luxloop.sim.road_terrain import LaneSections
+from luxloop.sim.source import TrafficInputError
 
 _DEFAULT_WIDTH_M = 3.2  # SUMO's
 _BLOCK = 2**20

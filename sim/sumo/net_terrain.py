@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sim.arrays import Floats
-from sim.road_terrain import road_terrain
-from sim.sumo.lane_heights import lane_sections
-from sim.world import Terrain
+from luxloop.sim.arrays import Floats
+from luxloop.sim.road_terrain import road_terrain
+from luxloop.sim.sumo.lane_heights import lane_sections
+from luxloop.sim.world import Terrain
 
 BRIDGES = (
     "the net has roads above one another: bridges have no surface, so beams pass through them and hit the lower road; "

@@ -8,10 +8,10 @@ from importlib.util import find_spec
 from itertools import takewhile
 from pathlib import Path
 
-from sim.missing_file import missing_file
-from sim.source import TrafficInputError
-from sim.sumo.input_checks import scratch_file
-from sim.sumo.options import is_rejected
+from luxloop.sim.missing_file import missing_file
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.sumo.input_checks import scratch_file
+from luxloop.sim.sumo.options import is_rejected
 
 TIMEOUT_S = 600.0
 """[s] Limit of one conversion."""

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.roster import Member, Roster
-from sim.sumo.parking import ParkedCar
-from sim.sumo.teleports import Point
+from luxloop.sim.arrays import Floats
+from luxloop.sim.roster import Member, Roster
+from luxloop.sim.sumo.parking import ParkedCar
+from luxloop.sim.sumo.teleports import Point
 
 Pose = tuple[float, float, float]
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from sim.sumo.input_checks import input_files, is_left_hand, text_of
-from sim.sumo.parking_places import Place, places_of
-from sim.world import Kind
+from luxloop.sim.sumo.input_checks import input_files, is_left_hand, text_of
+from luxloop.sim.sumo.parking_places import Place, places_of
+from luxloop.sim.world import Kind
 
 DEFAULT_CAR = (5.0, 1.8, 1.5)
 """[m] Length, width, height of a car of SUMO's default type."""
@@ -44,7 +44,7 @@ def parked_cars(command: Sequence[str], lanes: Any, fill: float, seed: int) -> l
     Parameters
     ----------
     command
-        SUMO's command line, by `sim.sumo.input_checks.sumo_command`. Its route and additional files are read.
+        SUMO's command line, by `luxloop.sim.sumo.input_checks.sumo_command`. Its route and additional files are read.
     lanes
         libsumo's domain of lanes.
     fill

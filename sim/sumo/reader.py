@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.kinematics import RawFrame
-from sim.origin import origin_near
-from sim.roster import EGO_ID, Member, Roster
-from sim.sumo.incidents import (
+from luxloop.sim.arrays import Floats
+from luxloop.sim.kinematics import RawFrame
+from luxloop.sim.origin import origin_near
+from luxloop.sim.roster import EGO_ID, Member, Roster
+from luxloop.sim.sumo.incidents import (
     NO_INTERNAL_LINKS,
     WARNING,
     collision_partners,
     has_internal_lanes,
     keeps_collided,
 )
-from sim.sumo.parked_cars import ParkedCars, Pose
-from sim.sumo.parking import ParkedCar
-from sim.sumo.roadside_stops import RoadsideStops
-from sim.sumo.sumo_angle import yaw_of
-from sim.sumo.teleports import Body, MemberNames, ParkingManoeuvres, Point
-from sim.sumo.vehicle_kinds import kind_of_shape
-from sim.world import Collision, Kind
+from luxloop.sim.sumo.parked_cars import ParkedCars, Pose
+from luxloop.sim.sumo.parking import ParkedCar
+from luxloop.sim.sumo.roadside_stops import RoadsideStops
+from luxloop.sim.sumo.sumo_angle import yaw_of
+from luxloop.sim.sumo.teleports import Body, MemberNames, ParkingManoeuvres, Point
+from luxloop.sim.sumo.vehicle_kinds import kind_of_shape
+from luxloop.sim.world import Collision, Kind
 
 MARGIN = 60.0
 """[m] Margin beyond the delivery range: the distance of two vehicles approaching each other in a city within half the

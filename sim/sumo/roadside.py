@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.obstacles import DEFAULTS, Prism, StreetKind, build, obstacles
-from sim.source import TrafficInputError
-from sim.world import Obstacles
+from luxloop.sim.arrays import Floats
+from luxloop.sim.obstacles import DEFAULTS, Prism, StreetKind, build, obstacles
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.world import Obstacles
 
 KIND_BY_TYPE: dict[str, StreetKind] = {
     "building": "building",
@@ -29,7 +29,7 @@ KIND_BY_TYPE: dict[str, StreetKind] = {
 """Kind by a word of the type, which are OpenStreetMap's values; of `barrier.guard_rail` the last known word counts."""
 
 PARAMETERS = ("height", "base", "diameter", "reflectivity")
-"""Parameters of a shape, see `sim.obstacles.build`."""
+"""Parameters of a shape, see `luxloop.sim.obstacles.build`."""
 
 STOREY = 3.0
 """[m] Storey height of buildings with `building:levels` but without height, as in OpenStreetMap."""

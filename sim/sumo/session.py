@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any, ClassVar
 
-from sim.source import SimulatorFailedError, StartReport, StartStatus, TrafficInputError, ignore_status
-from sim.sumo.error_messages import captured_stderr, one_line
-from sim.sumo.input_checks import clean_up, input_files, sumo_command
-from sim.sumo.opendrive_net import converted
-from sim.sumo.sumo_config import OPENDRIVE, SumoTraffic
+from luxloop.sim.source import SimulatorFailedError, StartReport, StartStatus, TrafficInputError, ignore_status
+from luxloop.sim.sumo.error_messages import captured_stderr, one_line
+from luxloop.sim.sumo.input_checks import clean_up, input_files, sumo_command
+from luxloop.sim.sumo.opendrive_net import converted
+from luxloop.sim.sumo.sumo_config import OPENDRIVE, SumoTraffic
 
 
 class SumoSession:

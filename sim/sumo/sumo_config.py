@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from sim.candidates.want import Want
-from sim.modes import ModeLimits
-from sim.physical.physical_config import PhysicalConfig
-from sim.sumo.options import SCENARIO_KEYS, full_name
+from luxloop.sim.candidates.want import Want
+from luxloop.sim.modes import ModeLimits
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.sumo.options import SCENARIO_KEYS, full_name
 
 OPENDRIVE = ".xodr"
 """Suffix of OpenDRIVE nets."""

@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from sim.arrays import Floats
-from sim.frame_builder import FrameBuilder
-from sim.physical.layer import PhysicalTruth
-from sim.roster import Roster
-from sim.source import (
+from luxloop.sim.arrays import Floats
+from luxloop.sim.frame_builder import FrameBuilder
+from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.roster import Roster
+from luxloop.sim.source import (
     EgoCommand,
     SimulatorFailedError,
     StartReport,
@@ -20,17 +20,17 @@ from sim.source import (
     TrafficInputError,
     ignore_status,
 )
-from sim.sumo.ego import EgoControl
-from sim.sumo.ego_choice import await_busy_ego, await_ego, best_ego
-from sim.sumo.error_messages import one_line
-from sim.sumo.input_checks import is_left_hand
-from sim.sumo.net_terrain import net_terrain
-from sim.sumo.parking import parked_cars
-from sim.sumo.reader import SumoReader
-from sim.sumo.roadside import static_obstacles
-from sim.sumo.session import SumoSession
-from sim.sumo.sumo_config import SumoTraffic
-from sim.world import Obstacles, WorldFrame
+from luxloop.sim.sumo.ego import EgoControl
+from luxloop.sim.sumo.ego_choice import await_busy_ego, await_ego, best_ego
+from luxloop.sim.sumo.error_messages import one_line
+from luxloop.sim.sumo.input_checks import is_left_hand
+from luxloop.sim.sumo.net_terrain import net_terrain
+from luxloop.sim.sumo.parking import parked_cars
+from luxloop.sim.sumo.reader import SumoReader
+from luxloop.sim.sumo.roadside import static_obstacles
+from luxloop.sim.sumo.session import SumoSession
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.world import Obstacles, WorldFrame
 
 EARLY = 1e-6
 """[s] Tolerance of SUMO's clock."""

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.candidates.moment import Body, Moment
-from sim.source import (
+from luxloop.sim.arrays import Floats
+from luxloop.sim.candidates.moment import Body, Moment
+from luxloop.sim.source import (
     EgoCommand,
     SimulatorFailedError,
     StartReport,
@@ -18,12 +18,12 @@ from sim.source import (
     TrafficInputError,
     ignore_status,
 )
-from sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
-from sim.sumo.session import SumoSession
-from sim.sumo.sumo_angle import yaw_of
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.vehicle_kinds import kind_of_shape
-from sim.world import VEHICLE_KINDS
+from luxloop.sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
+from luxloop.sim.sumo.session import SumoSession
+from luxloop.sim.sumo.sumo_angle import yaw_of
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.vehicle_kinds import kind_of_shape
+from luxloop.sim.world import VEHICLE_KINDS
 
 INTERVAL_S = 1.0
 """[s] Time between two moments, rounded to whole steps."""

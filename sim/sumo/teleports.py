@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from sim.roster import EGO_ID, Member, Roster
-from sim.world import Kind
+from luxloop.sim.roster import EGO_ID, Member, Roster
+from luxloop.sim.world import Kind
 
 TELEPORT_DISTANCE = 6.0
 """[m] A step that exceeds the distance by speed by more than this is not a lane change."""

@@ -1,6 +1,6 @@
 """Kinds of road users by SUMO's vehicle shapes."""
 
-from sim.world import Kind
+from luxloop.sim.world import Kind
 
 KIND_BY_SHAPE = {
     "passenger": Kind.CAR,

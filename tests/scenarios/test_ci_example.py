@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from support.paths import EXAMPLES
 
-from scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.scenario import Scenario
 
 REPOSITORY = EXAMPLES / "ci"
 yaml = pytest.importorskip("yaml", reason="PyYAML comes with the documentation's packages")

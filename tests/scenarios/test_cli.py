@@ -15,11 +15,11 @@ from support import short_run, warm_process
 from support.breaking_traffic import BreakingTraffic
 from support.processes import children_of, is_dead, until
 
-from scenarios.cli import main
-from scenarios.files import shipped
-from scenarios.report import text
-from scenarios.run import run_folder
-from sim.source import SimulatorFailedError, TrafficEndedError
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.report import text
+from luxloop.scenarios.run import run_folder
+from luxloop.sim.source import SimulatorFailedError, TrafficEndedError
 
 CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
 SUMO = f"""\
@@ -203,7 +203,7 @@ def test_an_expectation_on_a_metric_without_a_value_fails(capfd):
 
 def break_at(frame, error, monkeypatch):
     """End scripted traffic with an error at a frame."""
-    monkeypatch.setattr("sim.factory.ScriptedSource", partial(BreakingTraffic, frame, error))
+    monkeypatch.setattr("luxloop.sim.factory.ScriptedSource", partial(BreakingTraffic, frame, error))
 
 
 ENDS = pytest.mark.parametrize(
@@ -449,7 +449,7 @@ def running(*arguments):
 
 
 def test_list_imports_no_slow_package():
-    code = "import sys; from scenarios.cli import main; main(['list']); print(*sys.modules)"
+    code = "import sys; from luxloop.scenarios.cli import main; main(['list']); print(*sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     heavy = {"numpy", "pandas", "numba", "libsumo", "highway_env", "rerun", "trackeval"}
     assert heavy.isdisjoint(out.splitlines()[-1].split())
@@ -458,7 +458,9 @@ def test_list_imports_no_slow_package():
 @pytest.mark.parametrize("scenario", ["sumo-crosing", "missing.toml", "broken.toml"])
 def test_a_misspelt_scenario_is_reported_before_slow_packages_are_imported(scenario, tmp_path):
     (tmp_path / "broken.toml").write_text("duration_s = \n")
-    code = f"import sys; from scenarios.cli import main; print(main(['run', {scenario!r}])); print(*sys.modules)"
+    code = (
+        f"import sys; from luxloop.scenarios.cli import main; print(main(['run', {scenario!r}])); print(*sys.modules)"
+    )
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
     exit_code, modules = ran.stdout.splitlines()
     assert (exit_code, len(ran.stderr.splitlines())) == ("2", 1)

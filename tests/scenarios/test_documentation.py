@@ -17,13 +17,13 @@ from support.dask_cluster import worker_thread
 from support.paths import ROOT
 from support.scripts import load_script
 
-from scenarios.cli import app, main
-from scenarios.control import safety
-from scenarios.files import shipped as listing
-from scenarios.files.expect import check
-from scenarios.files.scenario import Scenario
-from scenarios.grading import emergence_names, emergence_table, frame_tables, occlusion_table
-from scenarios.grading.metric_names import (
+from luxloop.scenarios.cli import app, main
+from luxloop.scenarios.control import safety
+from luxloop.scenarios.files import shipped as listing
+from luxloop.scenarios.files.expect import check
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading import emergence_names, emergence_table, frame_tables, occlusion_table
+from luxloop.scenarios.grading.metric_names import (
     CAUSES,
     CORNER_FIGURES,
     COVERAGES,
@@ -36,13 +36,13 @@ from scenarios.grading.metric_names import (
     TARGETS,
     TIMED_STAGES,
 )
-from scenarios.grading.track_metric_names import BANDS, RANGE_BANDS, SIZE, VIEWS
-from scenarios.grading.truth_events import truth_event
-from scenarios.grading.vulnerable import vulnerable_names
-from scenarios.report import text as report
-from scenarios.run import run_folder
-from sensor_model.truth import View
-from tracker.records import MODEL_NAMES, MODELS, TURNING_MODELS
+from luxloop.scenarios.grading.track_metric_names import BANDS, RANGE_BANDS, SIZE, VIEWS
+from luxloop.scenarios.grading.truth_events import truth_event
+from luxloop.scenarios.grading.vulnerable import vulnerable_names
+from luxloop.scenarios.report import text as report
+from luxloop.scenarios.run import run_folder
+from luxloop.sensor_model.truth import View
+from luxloop.tracker.records import MODEL_NAMES, MODELS, TURNING_MODELS
 
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
 LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))

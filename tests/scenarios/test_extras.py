@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from support import short_run
 
-from scenarios.commands.extras import EXTRAS
+from luxloop.scenarios.commands.extras import EXTRAS
 
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OPTIONAL = {
@@ -46,7 +46,7 @@ def luxloop(absent: set[str], *commands: list[str]) -> subprocess.CompletedProce
     code = f"""
 import sys
 sys.modules.update(dict.fromkeys({sorted(absent)}))
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 codes = [main(command) for command in {[*commands]!r}]
 sys.exit(max(codes))
 """
@@ -81,7 +81,7 @@ def test_the_base_installation_runs_grades_reports_and_compares(folder):
         ["list", "--studies"],
         ["schema", "--study"],
         ["run", "short.toml", "--out", "run", "--record-scans"],
-        ["grade", "run", "--tracker", "tracker.tracker:Tracker"],
+        ["grade", "run", "--tracker", "luxloop.tracker.tracker:Tracker"],
         ["report", "run"],
         ["compare", "run", "run"],
         ["baseline", "run", "--out", "base.jsonl"],

@@ -22,7 +22,7 @@ PLACES = {
 
 LOADING = """
 import signal
-from scenarios import execute
+from luxloop.scenarios import execute
 
 def loading(*_, **__):
     try:

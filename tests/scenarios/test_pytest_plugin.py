@@ -9,9 +9,9 @@ from typing import NamedTuple
 import pytest
 from support import short_run, warm_process
 
-from scenarios.cli import main
-from scenarios.files import shipped
-from scenarios.run import run_folder
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.run import run_folder
 
 CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
 SUMO = f"""\
@@ -56,7 +56,7 @@ def pytest_collection_modifyitems(items):
     random.Random(5).shuffle(items)
 """
 BLIND = """\
-from tracker.tracker import Tracker
+from luxloop.tracker.tracker import Tracker
 class Blind(Tracker):
     def step(self, scan):
         return super().step(type(scan).from_points(scan.time, [], scan.ego_pose_odom))[0]  # a trace has all points

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from support.paths import ROOT
 
-from scenarios.cli import app
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
+from luxloop.scenarios.cli import app
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
 
 PAGE, WORKFLOW = ROOT / "docs" / "regression-tests.md", ROOT / ".github" / "workflows" / "ci.yml"
 TEXT = PAGE.read_text(encoding="utf-8")

@@ -15,10 +15,10 @@ import pytest
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("scenarios", "sensor_model", "sim", "tracker")
+FOLDERS = ("scenarios", "sensor_model", "sim", "tracker")
 EXAMPLES = ROOT / "docs" / "examples"
 MINE = """\
-from tracker.tracker import Tracker
+from luxloop.tracker.tracker import Tracker
 class MyTracker(Tracker): ...
 """
 
@@ -52,7 +52,7 @@ def binaries(wheel, tmp_path_factory):
 def folder(tmp_path_factory):
     """A user's folder, with subfolders named like luxloop's packages."""
     folder = tmp_path_factory.mktemp("user")
-    for name in ("tracker", "sim"):
+    for name in FOLDERS:
         (folder / name).mkdir()
         (folder / name / "__init__.py").write_text("raise AssertionError('not the package of luxloop')")
     (folder / "tracker" / "mine.py").write_text(MINE)
@@ -69,16 +69,21 @@ def run_checked(command: list[str], folder: Path) -> str:
 
 
 def test_the_wheel_has_every_file_of_the_packages(wheel):
-    listed = subprocess.run(["git", "ls-files", *PACKAGES], cwd=ROOT, capture_output=True, text=True, check=False)
+    listed = subprocess.run(
+        ["git", "ls-files", "luxloop", *FOLDERS], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     if listed.returncode:
         pytest.skip("not a git checkout")
-    packed = {name for name in zipfile.ZipFile(wheel).namelist() if name.startswith(PACKAGES)}
-    assert packed == {name for name in listed.stdout.splitlines() if (ROOT / name).is_file()}
+    packed = set(zipfile.ZipFile(wheel).namelist())
+    files = {name for name in listed.stdout.splitlines() if (ROOT / name).is_file()}
+    expected = {name if name.startswith("luxloop/") else f"luxloop/{name}" for name in files}
+    assert {name for name in packed if name.startswith("luxloop/")} == expected
+    assert {name.partition("/")[0].partition("-")[0] for name in packed} == {"luxloop"}
 
 
 def test_the_commands_run_outside_the_checkout(binaries, folder):
     luxloop = str(binaries / "luxloop")
-    where = run_checked([str(binaries / "python"), "-c", "import scenarios; print(scenarios.__file__)"], folder)
+    where = run_checked([str(binaries / "python"), "-c", "import luxloop; print(luxloop.__file__)"], folder)
     assert where.startswith(str(binaries.parent))
     assert run_checked([luxloop, "--version"], folder).startswith("luxloop ")
     assert "ring " in run_checked([luxloop, "list"], folder)

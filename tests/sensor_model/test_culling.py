@@ -6,8 +6,8 @@ A scene with all motions at once has the margin of one motion cover the missing 
 import numpy as np
 import pytest
 
-from sensor_model.kernels.culling import body_intervals, wall_intervals
-from sensor_model.kernels.records import EgoDrive
+from luxloop.sensor_model.kernels.culling import body_intervals, wall_intervals
+from luxloop.sensor_model.kernels.records import EgoDrive
 
 TIME = 0.04
 """[s] Half a scan of the LUX: the largest time between the firing of a beam and the frame's time."""

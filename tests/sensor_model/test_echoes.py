@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from support.sensor_scenes import EXACT, NO_OBSTACLES, ahead, one_unit_rig, placed_scene, scan, small_unit, world
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.raycaster import Raycaster
-from sensor_model.returns import WALL
-from sensor_model.rig.unit import Fan
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import Part
-from sim.world import Obstacles
-from tracker.scan import PointFlag
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.returns import WALL
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.world import Obstacles
+from luxloop.tracker.scan import PointFlag
 
 PULSE, GROWTH, THRESHOLD = 0.675, 0.03, 4e-5
 WIDTH_DEG = 0.08

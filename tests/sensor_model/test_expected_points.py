@@ -12,15 +12,15 @@ import pytest
 import scipy
 from support.sensor_scenes import LUX_RIG, ActorSpec, ahead, placed_scene, world
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.proportions import car_proportions
-from sensor_model.bodies.proportions.fitting_proportions import Bow
-from sensor_model.bodies.shapes import SHAPES, car_shapes, lower_body
-from sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
-from sensor_model.rig.unit import Fan
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import Part
-from sim.world import Kind
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.proportions import car_proportions
+from luxloop.sensor_model.bodies.proportions.fitting_proportions import Bow
+from luxloop.sensor_model.bodies.shapes import SHAPES, car_shapes, lower_body
+from luxloop.sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.world import Kind
 
 PAINTED, BLACK = 0.4, 0.05
 LANE, ADJACENT = 0.0, 3.5

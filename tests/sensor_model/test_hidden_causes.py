@@ -5,16 +5,16 @@ import pytest
 from support.noise_scenes import BEAMS, healthy
 from support.sensor_scenes import FOOTPRINT, LUX_RIG, ActorSpec, ahead, placed_scene, walls, world
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise.false_alarms import false_alarms
-from sensor_model.noise.noise_config import FalseAlarms, NoiseConfig, Rain, Spray
-from sensor_model.noise.rain import drops
-from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import echo_places, measure_widths
-from sensor_model.raycaster import Raycaster
-from sensor_model.truth import Cause
-from sim.world import Kind
-from tracker.scan import PointFlag
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.false_alarms import false_alarms
+from luxloop.sensor_model.noise.noise_config import FalseAlarms, NoiseConfig, Rain, Spray
+from luxloop.sensor_model.noise.rain import drops
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.ranging import echo_places, measure_widths
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.truth import Cause
+from luxloop.sim.world import Kind
+from luxloop.tracker.scan import PointFlag
 
 AIR = (Cause.FALSE_ALARM, Cause.RAIN, Cause.SPRAY)
 WET = NoiseConfig(

@@ -25,14 +25,14 @@ from support.sensor_scenes import (
     world,
 )
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import CalibrationError, NoiseConfig
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.unit import Fan
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import NO_ACTOR, Cause, Loss, Part
-from sim.world import Kind, Obstacles
-from tracker.scan import PointFlag
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import CalibrationError, NoiseConfig
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, Loss, Part
+from luxloop.sim.world import Kind, Obstacles
+from luxloop.tracker.scan import PointFlag
 
 BEAMS = beam_table(LUX_RIG)
 STREET = (

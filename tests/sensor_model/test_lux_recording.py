@@ -9,11 +9,11 @@ import pytest
 from support.real_data import real_file
 from support.sensor_scenes import FOOTPRINT, one_unit_rig, wall, world
 
-from sensor_model.formats.lux_scan_message import decode
-from sensor_model.formats.lux_scan_points import scan_messages
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import FalseAlarms, NoiseConfig
-from sensor_model.rig.rig import SHIPPED, load_unit
+from luxloop.sensor_model.formats.lux_scan_message import decode
+from luxloop.sensor_model.formats.lux_scan_points import scan_messages
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import FalseAlarms, NoiseConfig
+from luxloop.sensor_model.rig.rig import SHIPPED, load_unit
 
 RIG = one_unit_rig(load_unit("lux", SHIPPED), z=1.5)
 FRAMES = 30

@@ -7,14 +7,14 @@ import pytest
 from support import naive_labels
 from support.sensor_scenes import FOOTPRINT, LUX_RIG, ActorSpec, placed_scene, world
 
-from sensor_model.noise.calibration import CalibrationError, true_mounts
-from sensor_model.noise.random_draws import Draws
-from sensor_model.raycaster import Raycaster
-from sensor_model.scan_context import displacement
-from sensor_model.surface_relief import displace
-from sensor_model.truth import Cause, Face, Part
-from sensor_model.visibility import MAX_CLEAN_DEPTH, from_surfaces, visible_faces
-from sim.world import Kind
+from luxloop.sensor_model.noise.calibration import CalibrationError, true_mounts
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.scan_context import displacement
+from luxloop.sensor_model.surface_relief import displace
+from luxloop.sensor_model.truth import Cause, Face, Part
+from luxloop.sensor_model.visibility import MAX_CLEAN_DEPTH, from_surfaces, visible_faces
+from luxloop.sim.world import Kind
 
 EGO = ActorSpec(0.0, 0.0, velocity=(9.0, 0.5), yaw_rate=0.3)
 STREET = (

@@ -13,14 +13,14 @@ from support.naive_caster import perturbed
 from support.sensor_scenes import NO_OBSTACLES, STILL, ActorSpec, one_unit_rig, placed_scene, small_unit, wall, world
 from support.solid_mesh import corners, embree_ranges, placed
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.shapes import SHAPES
-from sensor_model.raycaster import Raycaster
-from sensor_model.returns import GROUND, WALL
-from sensor_model.rig.rig import Mount, Rig, load_rig
-from sensor_model.rig.unit import Fan
-from sensor_model.sensor_config import SensorConfig
-from sim.world import Kind, Obstacles
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.shapes import SHAPES
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.returns import GROUND, WALL
+from luxloop.sensor_model.rig.rig import Mount, Rig, load_rig
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.world import Kind, Obstacles
 
 AHEAD = (Fan((0, 1, 2), 9.0, -9.0, 4.5, (100.0,)),)
 ALL_AROUND = (Fan((0, 1), 180.0, -135.0, 45.0, (40.0,)), Fan((2,), 20.0, -160.0, 60.0, (100.0,)))

@@ -5,9 +5,9 @@ import pytest
 from support.naive_caster import Ray, all_hits, nearest, perturbed, scene_at
 from support.sensor_scenes import FOOTPRINT, LUX_RIG, ActorSpec, placed_scene, walls, world
 
-from sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
-from sensor_model.returns import GROUND, WALL
-from sim.world import Kind
+from luxloop.sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
+from luxloop.sensor_model.returns import GROUND, WALL
+from luxloop.sim.world import Kind
 
 RAYS = 400
 STREET = (

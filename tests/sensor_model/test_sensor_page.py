@@ -9,10 +9,10 @@ import pytest
 from support.paths import DOCS
 from support.scripts import load_script
 
-from sensor_model import truth
-from sensor_model.noise.noise_config import KINDS, NoiseConfig
-from sensor_model.rig.rig import SHIPPED, load_unit
-from sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model import truth
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
+from luxloop.sensor_model.rig.rig import SHIPPED, load_unit
+from luxloop.sensor_model.sensor_config import SensorConfig
 
 PAGE = (DOCS / "sensor.md").read_text(encoding="utf-8")
 ABLATION = (DOCS / "ablation.md").read_text(encoding="utf-8")
@@ -55,7 +55,7 @@ def test_documented_defaults_equal_the_code(key):
     if table == "unit":
         true = plain(getattr(load_unit("lux", SHIPPED), name))
     elif table in FILES:
-        true = getattr(importlib.import_module(f"sensor_model.{table}"), name)
+        true = getattr(importlib.import_module(f"luxloop.sensor_model.{table}"), name)
     else:
         true = (defaults(NoiseConfig(), "noise") | defaults(SensorConfig(), "sensor"))[key]
     assert documented == true

@@ -25,13 +25,13 @@ from support.sensor_scenes import (
     world,
 )
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import KINDS, FixedOutage, NoiseConfig
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import Rig
-from sensor_model.rig.unit import Fan
-from sensor_model.truth import NO_ACTOR, Cause, Part
-from sim.world import Kind
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import KINDS, FixedOutage, NoiseConfig
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, Part
+from luxloop.sim.world import Kind
 
 STREET = (
     ahead(8.0, velocity=(4.0, 0.5), acceleration=(-2.0, 0.0)),

@@ -21,17 +21,17 @@ from support.sensor_scenes import (
 )
 from support.solid_mesh import embree_ranges
 
-from sensor_model.bodies.walls import LONGEST_M, walls_of
-from sensor_model.ground import UnevenGround
-from sensor_model.kernels.ground_hits import terrain_hit
-from sensor_model.lidar import Lidar
-from sensor_model.raycaster import Raycaster
-from sensor_model.returns import GROUND
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import Mount, Rig
-from sensor_model.rig.unit import Fan
-from sensor_model.truth import Part
-from sim.world import Terrain
+from luxloop.sensor_model.bodies.walls import LONGEST_M, walls_of
+from luxloop.sensor_model.ground import UnevenGround
+from luxloop.sensor_model.kernels.ground_hits import terrain_hit
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.returns import GROUND
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import Mount, Rig
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.world import Terrain
 
 GRADE = 0.06
 UNIT_M = 0.5

@@ -7,14 +7,14 @@ import pytest
 from support import traffic
 from support.sensor_scenes import CENTRE_RAY, EGO_FRONT, EXACT, LUX_RIG, PLAIN, ActorSpec, ahead, scan, wall
 
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import NO_ACTOR, Cause, Face, Part, View
-from sensor_model.visibility import MAX_CLEAN_DEPTH
-from sim.scripted.scripted_source import ScriptedSource
-from sim.world import Kind
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, Face, Part, View
+from luxloop.sensor_model.visibility import MAX_CLEAN_DEPTH
+from luxloop.sim.scripted.scripted_source import ScriptedSource
+from luxloop.sim.world import Kind
 
 HEAD_ON = np.pi
 

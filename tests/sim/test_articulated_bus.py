@@ -9,18 +9,18 @@ from support.paths import NETS
 from support.sensor_scenes import ActorSpec, world
 from support.solid_mesh import corners, pieces
 
-from scenarios.grading.articulated import parts
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyFactory
-from sensor_model.truth import Part
-from sim.articulation import hitch
-from sim.kinematics import RawFrame
-from sim.physical.layer import PhysicalTruth
-from sim.physical.physical_config import PhysicalConfig
-from sim.roster import Member
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
-from sim.world import JOINTS, Kind
+from luxloop.scenarios.grading.articulated import parts
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.scene import BodyFactory
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.articulation import hitch
+from luxloop.sim.kinematics import RawFrame
+from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.roster import Member
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.world import JOINTS, Kind
 
 LENGTH, WIDTH, HEIGHT = 18.125, 2.55, 3.1
 MIDDLE_AXLE, JOINT, REAR_AXLE = 8.705, 10.455, 14.695

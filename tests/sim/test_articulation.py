@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 from support.sensor_scenes import EXACT, PLAIN, ActorSpec, one_unit_rig, placed_scene, scan, small_unit, world
 from support.solid_mesh import body_mesh, corners, embree_ranges, pieces, placed
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import Bodies, BodyFactory
-from sensor_model.raycaster import Raycaster
-from sensor_model.returns import GROUND
-from sensor_model.rig.unit import Fan
-from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import Cause, Face, Part
-from sim.articulation import Hitch, hitch
-from sim.world import Kind
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.returns import GROUND
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.truth import Cause, Face, Part
+from luxloop.sim.articulation import Hitch, hitch
+from luxloop.sim.world import Kind
 
 LENGTH, WIDTH, HEIGHT = 16.5, 2.55, 4.0
 KINGPIN = LENGTH / 2 - 4.5

@@ -8,13 +8,13 @@ import pytest
 from support.paths import CATALOG
 from support.traffic import frames
 
-from sim.default_sizes import RANGES, redrawn_size
-from sim.highway.highway_config import HighwayTraffic
-from sim.highway.highway_source import HighwaySource
-from sim.roster import Roster
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
-from sim.world import Kind
+from luxloop.sim.default_sizes import RANGES, redrawn_size
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.highway.highway_source import HighwaySource
+from luxloop.sim.roster import Roster
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.world import Kind
 
 NET = CATALOG / "urban" / "sumo-crossing" / "crossing.net.xml"
 CLASSES = ("passenger", "delivery", "truck", "trailer", "bus", "coach", "motorcycle", "moped", "bicycle", "scooter")

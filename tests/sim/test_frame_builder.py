@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from sim.frame_builder import FrameBuilder
-from sim.kinematics import Kinematics
-from sim.modes import ModeLimits
-from sim.roster import Roster
-from sim.world import Kind, Mode
+from luxloop.sim.frame_builder import FrameBuilder
+from luxloop.sim.kinematics import Kinematics
+from luxloop.sim.modes import ModeLimits
+from luxloop.sim.roster import Roster
+from luxloop.sim.world import Kind, Mode
 
 DT = 0.08
 SIZE = (4.7, 1.8, 1.5)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.kinematics import wrap_angle
+from luxloop.sim.kinematics import wrap_angle
 
 
 @given(st.floats(-1e3, 1e3))

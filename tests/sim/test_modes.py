@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.traffic import frames
 
-from sim.modes import ModeClassifier, ModeLimits
-from sim.scripted.motions import Arc, LaneChange, Static, StopAndGo, Straight
-from sim.scripted.script import ScriptedActor
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.world import Mode
+from luxloop.sim.modes import ModeClassifier, ModeLimits
+from luxloop.sim.scripted.motions import Arc, LaneChange, Static, StopAndGo, Straight
+from luxloop.sim.scripted.script import ScriptedActor
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.world import Mode
 
 STANDS, STEADY, ACCELERATES = Mode.STATIONARY, Mode.CONSTANT_VELOCITY, Mode.ACCELERATING
 

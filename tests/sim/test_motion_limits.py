@@ -10,18 +10,18 @@ from support.nets import source_on
 from support.paths import EXAMPLES
 from support.real_data import real_file
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import paths
-from sim.highway.highway_config import HighwayTraffic
-from sim.highway.highway_source import HighwaySource
-from sim.openscenario.openscenario_config import OpenScenarioTraffic
-from sim.openscenario.openscenario_source import OpenScenarioSource
-from sim.replay.replay_config import ReplayTraffic
-from sim.replay.replay_source import ReplaySource
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.source import TrafficEndedError
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import paths
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.highway.highway_source import HighwaySource
+from luxloop.sim.openscenario.openscenario_config import OpenScenarioTraffic
+from luxloop.sim.openscenario.openscenario_source import OpenScenarioSource
+from luxloop.sim.replay.replay_config import ReplayTraffic
+from luxloop.sim.replay.replay_source import ReplaySource
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.source import TrafficEndedError
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 SOURCES = {
     SumoTraffic: SumoSource,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Point, Polygon
 
-from sim.obstacles import DEFAULTS, POST_SIZE, StreetKind, build, obstacles
+from luxloop.sim.obstacles import DEFAULTS, POST_SIZE, StreetKind, build, obstacles
 
 LINE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 0.0], [16.0, 8.0]])
 """Two straights of 10 m, with a duplicate point."""

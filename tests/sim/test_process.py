@@ -18,15 +18,15 @@ import pytest
 from support.paths import TESTS
 from support.toy_traffic import ToyTraffic
 
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from sim.physical.physical_config import PhysicalConfig
-from sim.process import process_source
-from sim.process.process_source import AHEAD, ProcessSource, _Process, start_early
-from sim.process.worker import Preload, _throttled
-from sim.source import EgoCommand, SimulatorFailedError, StartStatus, TrafficEndedError, TrafficInputError
-from sim.sumo.sumo_source import SumoSource
-from sim.world import Obstacles, WorldFrame
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.process import process_source
+from luxloop.sim.process.process_source import AHEAD, ProcessSource, _Process, start_early
+from luxloop.sim.process.worker import Preload, _throttled
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, StartStatus, TrafficEndedError, TrafficInputError
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.world import Obstacles, WorldFrame
 
 FRAMES = 10
 LEVELS = pytest.mark.parametrize("ahead", [0, 1, AHEAD])
@@ -362,7 +362,10 @@ def test_a_process_started_early_imports_a_module_and_serves_the_next_run(module
 
 def program(text, **options):
     """Start a short program with this process's import path."""
-    text = "from support.toy_traffic import ToyTraffic\nfrom sim.process.process_source import ProcessSource\n" + text
+    text = (
+        "from support.toy_traffic import ToyTraffic\nfrom luxloop.sim.process.process_source import ProcessSource\n"
+        + text
+    )
     paths = os.pathsep.join([str(TESTS), *sys.path])
     return subprocess.Popen([sys.executable, "-c", text], env={**os.environ, "PYTHONPATH": paths}, **options)
 
@@ -479,9 +482,9 @@ def test_the_worker_imports_only_what_sumo_needs(tmp_path):
     """Each library delays the start of the worker. The parent has imported all of them."""
     parent = program(
         f"""
-import pathlib, numba, scipy, pandas, scenarios.files.scenario as file
-from scenarios.files import shipped
-from sim.sumo.sumo_source import SumoSource
+import pathlib, numba, scipy, pandas, luxloop.scenarios.files.scenario as file
+from luxloop.scenarios.files import shipped
+from luxloop.sim.sumo.sumo_source import SumoSource
 from support.toy_traffic import Inventory
 crossing = file.Scenario.load(shipped.find("sumo-crossing"))
 remote = ProcessSource(Inventory(SumoSource(crossing.traffic, crossing.folder, 60.0)), "SUMO")
@@ -495,7 +498,7 @@ remote.close()
     )
     assert parent.wait() == 0
     loaded = set((tmp_path / "modules").read_text().split())
-    assert {"numpy", "libsumo", "sim.sumo.sumo_source"} <= loaded
+    assert {"numpy", "libsumo", "luxloop.sim.sumo.sumo_source"} <= loaded
     heavy = {"rerun", "pandas", "pydantic", "shapely", "highway_env", "scenarios", "tracker"}
     assert loaded.isdisjoint(heavy)
 
@@ -531,7 +534,7 @@ def test_the_start_reports_what_sumo_does():
 
 def test_a_worker_whose_parent_dies_within_a_request_leaves_no_folder(tmp_path):
     scratch = tmp_path / "scratch"
-    program = f"from sim.process.worker import serve; serve({str(scratch)!r})"
+    program = f"from luxloop.sim.process.worker import serve; serve({str(scratch)!r})"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     request = pickle.dumps(Preload("m" * 1000), protocol=5)
     with subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, env=environment) as worker:

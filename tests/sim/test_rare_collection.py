@@ -5,7 +5,7 @@ import sys
 
 PROGRAM = """
 import gc, sys
-from sim.rare_collection import collect_rarely
+from luxloop.sim.rare_collection import collect_rarely
 class Cycle:
     def __init__(self): self.itself = self
     def __del__(self): sys.stdout.write("collected")

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from sim.ground_contact import TRACK_SHARE, WHEELBASE_SHARE, ground_contact
-from sim.road_terrain import CELL_M, LaneSections, road_terrain
-from sim.world import Terrain
+from luxloop.sim.ground_contact import TRACK_SHARE, WHEELBASE_SHARE, ground_contact
+from luxloop.sim.road_terrain import CELL_M, LaneSections, road_terrain
+from luxloop.sim.world import Terrain
 
 CAR = np.array([[4.7, 1.8, 1.5]])
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sim.reflectivity import SHADES, paint_reflectivity
-from sim.roster import Roster
-from sim.world import Kind
+from luxloop.sim.reflectivity import SHADES, paint_reflectivity
+from luxloop.sim.roster import Roster
+from luxloop.sim.world import Kind
 
 SIZE = (4.7, 1.8, 1.5)
 

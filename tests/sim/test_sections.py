@@ -13,17 +13,17 @@ from support.paths import NETS
 from support.sensor_scenes import ActorSpec, world
 from support.solid_mesh import corners, pieces
 
-from scenarios.grading.articulated import parts
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyFactory
-from sim.kinematics import RawFrame
-from sim.physical.layer import PhysicalTruth
-from sim.physical.physical_config import PhysicalConfig
-from sim.roster import EGO_ID, Member
-from sim.sections import bend, section_count
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
-from sim.world import JOINTS, Kind
+from luxloop.scenarios.grading.articulated import parts
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.scene import BodyFactory
+from luxloop.sim.kinematics import RawFrame
+from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.roster import EGO_ID, Member
+from luxloop.sim.sections import bend, section_count
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.world import JOINTS, Kind
 
 BUS = np.array([Kind.BUS], np.uint8)
 DT, SPEED, STRAIGHT = 0.04, 6.0, 40.0

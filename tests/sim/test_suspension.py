@@ -9,11 +9,11 @@ import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.scripted.motions import Arc, Straight
-from sim.scripted.script import ScriptedActor, ScriptedEgo
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.suspension import GRAVITY, LEAN_LAG_S, RIDERS, SPRUNG, Suspension
-from sim.world import Kind
+from luxloop.sim.scripted.motions import Arc, Straight
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.suspension import GRAVITY, LEAN_LAG_S, RIDERS, SPRUNG, Suspension
+from luxloop.sim.world import Kind
 
 DT = 0.08
 BRAKING = -4.0

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from support.paths import CATALOG, EXAMPLES
 
-from scenarios.files.scenario import Scenario
-from sim.highway.highway_source import HighwaySource
-from sim.kinematics import wrap_angle
-from sim.openscenario.openscenario_source import OpenScenarioSource
-from sim.replay.replay_source import ReplaySource
-from sim.roster import EGO_ID
-from sim.scripted.scripted_source import ScriptedSource
-from sim.sumo.sumo_source import SumoSource
-from sim.world import Kind
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.highway.highway_source import HighwaySource
+from luxloop.sim.kinematics import wrap_angle
+from luxloop.sim.openscenario.openscenario_source import OpenScenarioSource
+from luxloop.sim.replay.replay_source import ReplaySource
+from luxloop.sim.roster import EGO_ID
+from luxloop.sim.scripted.scripted_source import ScriptedSource
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.world import Kind
 
 SOURCES = {
     "sumo": SumoSource,

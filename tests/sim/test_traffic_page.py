@@ -9,8 +9,8 @@ from support.paths import DOCS
 from support.scripts import load_script
 from support.traffic import documented_environments, registered_environments
 
-from sim.modes import ModeLimits
-from sim.physical import limits
+from luxloop.sim.modes import ModeLimits
+from luxloop.sim.physical import limits
 
 PAGE = (DOCS / "traffic.md").read_text(encoding="utf-8")
 LIMITS = re.findall(r"^\| `([A-Z_]+)` \| ([\d.]+) (\S+)", PAGE, flags=re.MULTILINE)

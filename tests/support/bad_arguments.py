@@ -11,7 +11,7 @@ COMMANDS = (
     "run a.toml --no-recording --out out --seed 3 --duration 0.16",
     "run a.toml --no-recording --out out --set noise.ideal=true --set traffic.actor[0].x_m=9 --json",
     "run a.toml --no-recording --quiet --out out --seeds 1-1",
-    "run a.toml --no-recording --out out --tracker tracker.tracker:Tracker --step-timeout 60 --quiet",
+    "run a.toml --no-recording --out out --tracker luxloop.tracker.tracker:Tracker --step-timeout 60 --quiet",
     "run a.toml --no-recording --out out --oracle detector --dataset data --quiet",
     "list --family highway --kind sumo --suite smoke --json",
     "grade run --tracks tracks.csv --scenario a.toml --out out --json",

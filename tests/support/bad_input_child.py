@@ -50,7 +50,7 @@ def run_case(made: Case, folder: Path) -> tuple[int, str]:
 
 def _captured(command: list[str]) -> tuple[int, str, str]:
     """Run a command; return exit code, standard error and the traceback of an error that was not caught."""
-    from scenarios.cli import main
+    from luxloop.scenarios.cli import main
 
     fault, code = "", -1
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:

@@ -17,7 +17,7 @@ from support.mutate_tables import parquet
 
 
 def _made(*command: str) -> None:
-    from scenarios.cli import main
+    from luxloop.scenarios.cli import main
 
     with redirect_stdout(io.StringIO()):
         assert main(list(command)) in (0, 1), command
@@ -189,10 +189,10 @@ def pcd_compressed() -> Files:
 @cache
 def lux() -> Files:
     """Three scans of one unit."""
-    from sensor_model.formats.lux_scan_points import scan_messages
-    from sensor_model.formats.lux_scan_stream import stream_bytes
-    from sensor_model.rig.rig import SHIPPED, load_rig
-    from tracker.scan import Scan
+    from luxloop.sensor_model.formats.lux_scan_points import scan_messages
+    from luxloop.sensor_model.formats.lux_scan_stream import stream_bytes
+    from luxloop.sensor_model.rig.rig import SHIPPED, load_rig
+    from luxloop.tracker.scan import Scan
 
     model = load_rig("srx_six_lux", SHIPPED)
     points = np.column_stack([np.full(12, 12.0), np.linspace(-3, 3, 12), np.full(12, 0.6)])

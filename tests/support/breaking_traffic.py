@@ -1,6 +1,6 @@
 """Scripted traffic that ends with an error, also in a process of its own."""
 
-from sim.scripted.scripted_source import ScriptedSource
+from luxloop.sim.scripted.scripted_source import ScriptedSource
 
 
 class BreakingTraffic(ScriptedSource):

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from support import short_run
 
-from scenarios.files.scenario import Scenario
-from scenarios.oracle import stage_blame
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.oracle import stage_blame
 
 TEXT = """\
 description = "A car in stop-and-go, an oncoming car, and two parked cars with a small gap."

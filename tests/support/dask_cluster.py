@@ -14,7 +14,7 @@ from distributed import LocalCluster
 from support.processes import until
 from support.sweeps import end
 
-from scenarios.study.dask_runs import DASK_CONFIG
+from luxloop.scenarios.study.dask_runs import DASK_CONFIG
 
 
 @contextmanager

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.grading.frame_grade import FrameGrade
-from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth
-from sim.world import Actors, Ego, Kind, Mode, Obstacles, WorldFrame
-from tracker.records import METHODS, Boxes, Candidates, Linkage, Segments, Status, StepTrace, Tracks
-from tracker.scan import Scan
+from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth
+from luxloop.sim.world import Actors, Ego, Kind, Mode, Obstacles, WorldFrame
+from luxloop.tracker.records import METHODS, Boxes, Candidates, Linkage, Segments, Status, StepTrace, Tracks
+from luxloop.tracker.scan import Scan
 
 Floats = npt.NDArray[np.float64]
 

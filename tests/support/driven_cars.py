@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from support.shapes import Car, scan_car
 
-from tracker.records import Status, Tracks
-from tracker.scan import Scan
-from tracker.tracker import Tracker
+from luxloop.tracker.records import Status, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker
 
 Floats = npt.NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from support import short_run
 
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 
 MOVING = 'ego = { motion = [{ kind = "arc", speed_mps = 3.0, radius_m = 12.0 }] }'
 HOUSE = """

@@ -4,19 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenarios.oracle.oracle_confirmation import OracleConfirmation
-from scenarios.oracle.oracle_detector import OracleDetector
-from scenarios.oracle.oracle_tracker import OracleTracker
-from tracker.detection.detector import Detector
-from tracker.detection.segmentation import SegmentationConfig, segment
-from tracker.geometry import fold
-from tracker.records import MODELS, Status
-from tracker.tracker import Tracker, track_config
-from tracker.tracking.associator import HungarianAssociator, LikelihoodScore
-from tracker.tracking.filter_bank import SelectedBank
-from tracker.tracking.filters import initial_filters
-from tracker.tracking.model_selection import BankSelection
-from tracker.tracking.track_management import DefaultTrackManagement
+from luxloop.scenarios.oracle.oracle_confirmation import OracleConfirmation
+from luxloop.scenarios.oracle.oracle_detector import OracleDetector
+from luxloop.scenarios.oracle.oracle_tracker import OracleTracker
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.detection.segmentation import SegmentationConfig, segment
+from luxloop.tracker.geometry import fold
+from luxloop.tracker.records import MODELS, Status
+from luxloop.tracker.tracker import Tracker, track_config
+from luxloop.tracker.tracking.associator import HungarianAssociator, LikelihoodScore
+from luxloop.tracker.tracking.filter_bank import SelectedBank
+from luxloop.tracker.tracking.filters import initial_filters
+from luxloop.tracker.tracking.model_selection import BankSelection
+from luxloop.tracker.tracking.track_management import DefaultTrackManagement
 
 REACH_M = 4.0
 BIAS_RAD = np.radians(5.0)

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scenarios.grading.grader import Grader
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.run import device
-from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
-from sim.world import JOINTS, Actors, Ego, Kind, Mode, WorldFrame
-from tracker.records import (
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.run import device
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
+from luxloop.sim.world import JOINTS, Actors, Ego, Kind, Mode, WorldFrame
+from luxloop.tracker.records import (
     METHODS,
     MODELS,
     Boxes,
@@ -25,7 +25,7 @@ from tracker.records import (
     StepTrace,
     Tracks,
 )
-from tracker.scan import Scan
+from luxloop.tracker.scan import Scan
 
 DT = 0.08
 CAR_SIZE = (4.6, 1.8, 1.5)

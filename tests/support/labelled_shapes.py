@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.realism.labelled_vehicle import LabelledVehicle
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 
 SIZE = (4.4, 1.8)
 BEHIND, ABREAST = (-20.0, 0.0), (0.0, 20.0)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.output import report
 from tests.support.one_track import DT, follow, start, straight
-from tracker.tracking.mma import MmaConfig
-from tracker.tracking.output import report
 
 
 def arc(speed, yaw_rate, frames):

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.kinematics import wrap_angle
-from sim.world import Kind
+from luxloop.sim.kinematics import wrap_angle
+from luxloop.sim.world import Kind
 
 LIMITS = {
     "acceleration [m/s^2]": 10.0,

@@ -15,9 +15,9 @@ from typing import Any
 
 from support.paths import EXAMPLES
 
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.metric_names import METRICS
 
 ORIGINALS = (*sorted(shipped.CATALOG.rglob("*.toml")), *sorted(EXAMPLES.glob("*.toml")))
 SHORT_S = 0.16

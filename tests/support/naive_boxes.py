@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracker.geometry import rotate
-from tracker.kernels.free_space import BINS, COVERED
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.kernels.free_space import BINS, COVERED
 
 
 def inside(points, center, heading, size):

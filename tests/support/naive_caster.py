@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sensor_model.returns import GROUND, WALL
+from luxloop.sensor_model.returns import GROUND, WALL
 
 _MASK = 0xFFFFFFFF
 

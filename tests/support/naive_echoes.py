@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from support.naive_caster import Ray, all_hits, hit_body, nearest, pose_at, scene_at
 
-from sensor_model.raycaster import GROUND_REFLECTIVITY
-from sensor_model.returns import GROUND, WALL
+from luxloop.sensor_model.raycaster import GROUND_REFLECTIVITY
+from luxloop.sensor_model.returns import GROUND, WALL
 
 
 class Sample(NamedTuple):

@@ -3,11 +3,11 @@
 import numpy as np
 import scipy
 
-from tracker.geometry import mahalanobis
-from tracker.records import MODELS
-from tracker.tracking.filters import Filters
-from tracker.tracking.kernels.multiple_models import NO_SPEED_MPS
-from tracker.tracking.mma import LEAST_PROBABILITY
+from luxloop.tracker.geometry import mahalanobis
+from luxloop.tracker.records import MODELS
+from luxloop.tracker.tracking.filters import Filters
+from luxloop.tracker.tracking.kernels.multiple_models import NO_SPEED_MPS
+from luxloop.tracker.tracking.mma import LEAST_PROBABILITY
 
 
 def predict(mean, covariance, transition, noise):

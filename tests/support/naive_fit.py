@@ -1,4 +1,4 @@
-"""Reference implementations of `tracker.detection.kernels`: exhaustive searches in plain numpy."""
+"""Reference implementations of `luxloop.tracker.detection.kernels`: exhaustive searches in plain numpy."""
 
 import math
 

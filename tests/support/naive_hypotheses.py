@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from tracker.geometry import QUARTER, mahalanobis, rotate
-from tracker.tracking.hypotheses import Hypotheses
-from tracker.tracking.kernels.hypotheses import AMBIGUOUS_VARIANCE_M2, CAR_LENGTH_SPREAD_M
-from tracker.tracking.observations import uncut
+from luxloop.tracker.geometry import QUARTER, mahalanobis, rotate
+from luxloop.tracker.tracking.hypotheses import Hypotheses
+from luxloop.tracker.tracking.kernels.hypotheses import AMBIGUOUS_VARIANCE_M2, CAR_LENGTH_SPREAD_M
+from luxloop.tracker.tracking.observations import uncut
 
 
 def hypothesise(tracks, seen, config):

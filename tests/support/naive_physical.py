@@ -6,11 +6,11 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from sim.articulation import hitch
-from sim.kinematics import Kinematics, wrap_angle
-from sim.physical.body_tables import REAR_AXLE, SHORTEST_LEAD
-from sim.physical.lane_change import SpreadLaneChange
-from sim.physical.limits import (
+from luxloop.sim.articulation import hitch
+from luxloop.sim.kinematics import Kinematics, wrap_angle
+from luxloop.sim.physical.body_tables import REAR_AXLE, SHORTEST_LEAD
+from luxloop.sim.physical.lane_change import SpreadLaneChange
+from luxloop.sim.physical.limits import (
     ACCELERATION_MAX,
     AHEAD_S,
     AIM_M,
@@ -41,8 +41,8 @@ from sim.physical.limits import (
     YAW_RATE_ON_FOOT,
     YAW_RATE_ON_WHEELS,
 )
-from sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
-from sim.world import Kind
+from luxloop.sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
+from luxloop.sim.world import Kind
 
 
 def courses(before, step, dt):

@@ -1,4 +1,4 @@
-"""Reference implementations of `tracker.detection.kernels` on points and groups of points, in plain numpy."""
+"""Reference implementations of `luxloop.tracker.detection.kernels` on points and groups of points, in plain numpy."""
 
 import numpy as np
 

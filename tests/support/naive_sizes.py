@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from tracker.tracking.kernels import face_depths
-from tracker.tracking.kernels.side_lengths import (
+from luxloop.tracker.tracking.kernels import face_depths
+from luxloop.tracker.tracking.kernels.side_lengths import (
     BACKGROUND_LENGTH_M,
     CAR_LENGTH_MAX_M,
     CLASSES,
@@ -14,7 +14,7 @@ from tracker.tracking.kernels.side_lengths import (
     ROUNDING_M,
     SINGLE_FACE_SHARE,
 )
-from tracker.tracking.vehicle_sizes import GRID_M
+from luxloop.tracker.tracking.vehicle_sizes import GRID_M
 
 
 def length_log_odds(size, whole, visible_min_m, truncated_probability):

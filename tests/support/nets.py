@@ -2,8 +2,8 @@
 
 from support.paths import NETS
 
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 TRAFFIC = {
     # without further options, lane changes take one step

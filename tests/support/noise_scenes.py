@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sensor_model.noise.detection import DetectionThresholds
-from sensor_model.noise.noise_config import Dropout, NoiseConfig
-from sensor_model.noise.random_draws import Draws
-from sensor_model.returns import Returns
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import load_rig
-from sensor_model.scan_context import ScanContext
+from luxloop.sensor_model.noise.detection import DetectionThresholds
+from luxloop.sensor_model.noise.noise_config import Dropout, NoiseConfig
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.returns import Returns
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.scan_context import ScanContext
 
 RIG = load_rig("srx_six_lux", Path())
 BEAMS = beam_table(RIG)

@@ -3,22 +3,22 @@
 import numpy as np
 from support.seen import observe_boxes
 
-from tracker.tracking import orientation
-from tracker.tracking.confirmation import TrackLifeConfig
-from tracker.tracking.corner_error import CornerConfig
-from tracker.tracking.existence import MemoryConfig
-from tracker.tracking.extent import ExtentConfig
-from tracker.tracking.filters import FilterConfig, motion
-from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
-from tracker.tracking.mma import MmaConfig
-from tracker.tracking.model_selection import BankSelection
-from tracker.tracking.orientation import OrientationConfig
-from tracker.tracking.output import report
-from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import predictions
-from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_observation import first_observation, track_observation
-from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.tracking import orientation
+from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.corner_error import CornerConfig
+from luxloop.tracker.tracking.existence import MemoryConfig
+from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.filters import FilterConfig, motion
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.model_selection import BankSelection
+from luxloop.tracker.tracking.orientation import OrientationConfig
+from luxloop.tracker.tracking.output import report
+from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_arrays import predictions
+from luxloop.tracker.tracking.track_config import TrackConfig
+from luxloop.tracker.tracking.track_observation import first_observation, track_observation
+from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 DT = 0.08
 CAR = np.array([4.7, 1.8])

@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from tracker.geometry import QUARTER
-from tracker.records import METHODS, MODELS
-from tracker.tracker import Tracker
+from luxloop.tracker.geometry import QUARTER
+from luxloop.tracker.records import METHODS, MODELS
+from luxloop.tracker.tracker import Tracker
 
 CA = MODELS.index("ca")
 

@@ -9,25 +9,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.compare.digest import RunDigest, digest
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.grading import frame_tables
-from scenarios.grading.frame_tables import TableBuilder
-from scenarios.grading.frame_truth import FrameTruth
-from scenarios.grading.grader import Grader
-from scenarios.grading.matching import TrackMatcher
-from scenarios.grading.plane_geometry import turned
-from scenarios.grading.track_matches import TrackMatches
-from scenarios.grading.truth_events.event_log import EventLog
-from scenarios.result import Result
-from scenarios.run import loop
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
-from tracker.records import StepTrace, Tracks
-from tracker.scan import Scan
-from tracker.tracker import Tracker
+from luxloop.scenarios.compare.digest import RunDigest, digest
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading import frame_tables
+from luxloop.scenarios.grading.frame_tables import TableBuilder
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.matching import TrackMatcher
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.grading.track_matches import TrackMatches
+from luxloop.scenarios.grading.truth_events.event_log import EventLog
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import loop
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.records import StepTrace, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker
 
 STREET = """\
 description = "A street with moving and stationary vehicles."

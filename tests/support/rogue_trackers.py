@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import typer
 
-from scenarios.errors import ScenarioError
-from sim.source import SimulatorFailedError, TrafficEndedError
-from tracker.records import MODELS, StepTrace, Tracks
-from tracker.tracker import Tracker
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.sim.source import SimulatorFailedError, TrafficEndedError
+from luxloop.tracker.records import MODELS, StepTrace, Tracks
+from luxloop.tracker.tracker import Tracker
 
 GOOD_STEPS = 4
 """More than the steps of a warm-up, so that the fault appears in the run itself."""

@@ -3,12 +3,12 @@
 from contextlib import closing
 from functools import cache
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import paths
-from scenarios.grading.frame_truth import FrameTruth
-from scenarios.run import loop
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import paths
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.run import loop
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
 
 
 def load(name, seed=None):

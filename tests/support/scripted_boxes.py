@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracker.records import Boxes, Candidates, Detection, Linkage, Segments
-from tracker.scan import Scan
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments
+from luxloop.tracker.scan import Scan
 
 CAR_M = np.array([4.5, 1.8])
 DT_S = 0.08

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracker.geometry import rotate
-from tracker.tracking.observations import Observations
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.tracking.observations import Observations
 
 CORNERS = np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)])
 

@@ -5,17 +5,17 @@ from pathlib import Path
 
 import numpy as np
 
-from sensor_model.bodies.scene import BodyFactory
-from sensor_model.bodies.shapes import SHAPES
-from sensor_model.bodies.walls import walls_of
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import KINDS, NoiseConfig
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import Mount, Rig, load_rig
-from sensor_model.rig.unit import Fan, UnitModel
-from sensor_model.scan_context import ScanContext
-from sensor_model.sensor_config import SensorConfig
-from sim.world import JOINTS, Actors, Ego, Kind, Obstacles, WorldFrame
+from luxloop.sensor_model.bodies.scene import BodyFactory
+from luxloop.sensor_model.bodies.shapes import SHAPES
+from luxloop.sensor_model.bodies.walls import walls_of
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import Mount, Rig, load_rig
+from luxloop.sensor_model.rig.unit import Fan, UnitModel
+from luxloop.sensor_model.scan_context import ScanContext
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.world import JOINTS, Actors, Ego, Kind, Obstacles, WorldFrame
 
 
 def only(*kinds):

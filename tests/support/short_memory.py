@@ -12,7 +12,7 @@ SPEC = "support.short_memory:make"
 
 STUDY = """\
 description = "Time hidden after which half of the ids are lost, by speed."
-scenario = "scenarios.study.staged:hidden_behind_wall"
+scenario = "luxloop.scenarios.study.staged:hidden_behind_wall"
 seeds = 3
 
 [fixed]

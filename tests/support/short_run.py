@@ -4,9 +4,9 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from scenarios.files.scenario import Scenario
-from scenarios.result import Result
-from scenarios.run import device, loop
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import device, loop
 
 FRAMES = 10
 

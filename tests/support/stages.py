@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker.detection import boxes, rectangles, segmentation, selection, tlinkage
-from tracker.records import Boxes, Candidates, Linkage, Segments
+from luxloop.tracker.detection import boxes, rectangles, segmentation, selection, tlinkage
+from luxloop.tracker.records import Boxes, Candidates, Linkage, Segments
 
 
 class Fitted(NamedTuple):

@@ -1,8 +1,8 @@
 """OpenDRIVE and OpenSCENARIO files of a few lines, for tests."""
 
-from sim.opendrive.road_network import read_network
-from sim.openscenario.storyboard_elements import read_storyboard
-from sim.openscenario.storyboard_run import StoryboardRun
+from luxloop.sim.opendrive.road_network import read_network
+from luxloop.sim.openscenario.storyboard_elements import read_storyboard
+from luxloop.sim.openscenario.storyboard_run import StoryboardRun
 
 STEP_S = 0.01
 LINE = '<geometry s="0" x="0" y="0" hdg="0" length="{length}"><line/></geometry>'

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from support.frames import Estimate, compose, express, tracks_of
 
-from sim.world import VEHICLE_KINDS
+from luxloop.sim.world import VEHICLE_KINDS
 
 GHOST_ID = 999_999
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import pandas as pd
 from support.short_run import write
 
-from scenarios.run import device
-from scenarios.study.design import runs
-from scenarios.study.study_file import Study
-from scenarios.study.worker import carry_out
+from luxloop.scenarios.run import device
+from luxloop.scenarios.study.design import runs
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.worker import carry_out
 
 STUDY = """\
 description = "Dropout against a car that drives past."
@@ -48,7 +48,7 @@ def sequential_hashes(study: Path) -> list[str]:
 
 def start(study: Path, *options: str) -> subprocess.Popen[str]:
     """Start `luxloop sweep` in a new process group, as a terminal does."""
-    command = [sys.executable, "-m", "scenarios", "sweep", study.name, "--out", "out", *options]
+    command = [sys.executable, "-m", "luxloop", "sweep", study.name, "--out", "out", *options]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
     return subprocess.Popen(
         command, cwd=study.parent, env=environment, start_new_session=True, text=True,

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError, TrafficSource
-from sim.world import Actors, Ego, Obstacles, WorldFrame
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError, TrafficSource
+from luxloop.sim.world import Actors, Ego, Obstacles, WorldFrame
 
 
 def walk(index: int, dt: float, count: int, rng: np.random.Generator, speed: float) -> WorldFrame:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracker.records import NO_MODEL, Status, Tracks
+from luxloop.tracker.records import NO_MODEL, Status, Tracks
 
 GIVEN = {"id": [3, 8], "center": [[1.0, 2.0], [-4.0, 0.5]], "heading": [0.1, 2.0], "size": [[4.5, 1.8], [8.0, 2.5]]}
 

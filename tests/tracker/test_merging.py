@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tracker.merging import MergeConfig, Pieces, hull, may_be_one, merge_segments, one_vehicle
-from tracker.records import Segments
-from tracker.tracking.footprint import Footprint
+from luxloop.tracker.merging import MergeConfig, Pieces, hull, may_be_one, merge_segments, one_vehicle
+from luxloop.tracker.records import Segments
+from luxloop.tracker.tracking.footprint import Footprint
 
 CONFIG = MergeConfig()
 

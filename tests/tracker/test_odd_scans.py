@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from support.shapes import l_shape
 
-from tracker.detection.baselines.baseline_config import BaselineConfig
-from tracker.detection.detector import Detector
-from tracker.records import METHODS, Status
-from tracker.scan import Scan
-from tracker.tracker import Tracker, TrackerConfig
+from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.records import METHODS, Status
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 DT = 0.08
 SIDE = np.stack([np.linspace(5.0, 9.4, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tracker.geometry import rotate, rotate_one, rotated_covariance, variance_along
+from luxloop.tracker.geometry import rotate, rotate_one, rotated_covariance, variance_along
 
 
 def test_one_vector_rotates_as_an_array_of_vectors():

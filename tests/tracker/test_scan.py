@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tracker.scan import COLUMNS, PointFlag, Scan
+from luxloop.tracker.scan import COLUMNS, PointFlag, Scan
 
 POINTS = [[5.0, 1.0, 0.5], [6.0, 1.0, 0.5]]
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from support import naive_boxes
 
-from tracker.geometry import inside
-from tracker.kernels import boxes
-from tracker.kernels.free_space import turned_returns
-from tracker.kernels.odometry import placed
-from tracker.merging import MergeConfig, Pieces, fits, gap, hull, may_be_one
-from tracker.seen_through import seen_through
+from luxloop.tracker.geometry import inside
+from luxloop.tracker.kernels import boxes
+from luxloop.tracker.kernels.free_space import turned_returns
+from luxloop.tracker.kernels.odometry import placed
+from luxloop.tracker.merging import MergeConfig, Pieces, fits, gap, hull, may_be_one
+from luxloop.tracker.seen_through import seen_through
 
 
 def random_pieces(rng, count=12):

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import LayerOverlap, NoiseConfig
-from sensor_model.rig.rig import load_rig
-from sensor_model.sensor_config import SensorConfig
-from sim.scripted.motions import Straight
-from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from tracker.detection.deskew import DeskewConfig
-from tracker.records import Status
-from tracker.tracker import Tracker, TrackerConfig
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import LayerOverlap, NoiseConfig
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.scripted.motions import Straight
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.tracker.detection.deskew import DeskewConfig
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 LONG_WALL = ScriptedObstacle(corners_m=[(-40.0, 8.0), (40.0, 8.0), (40.0, 12.0), (-40.0, 12.0)], height_m=6.0)
 

@@ -10,19 +10,20 @@ NEEDED = {"numpy", "scipy", "numba", "llvmlite", "filterpy"}
 """The four libraries, and llvmlite for numba."""
 
 ALL_MODULES = """
-import pkgutil, importlib, tracker
-for module in pkgutil.walk_packages(tracker.__path__, "tracker."):
+import pkgutil, importlib, luxloop.tracker
+for module in pkgutil.walk_packages(luxloop.tracker.__path__, "luxloop.tracker."):
     importlib.import_module(module.name)
 """
 
-MOTION = "from tracker.tracking.filters import FilterConfig, motion; motion(0.08, FilterConfig())"
+MOTION = "from luxloop.tracker.tracking.filters import FilterConfig, motion; motion(0.08, FilterConfig())"
 """Loads filterpy, which the filters import when they are first used."""
 
 
-@pytest.mark.parametrize("code", ["import tracker.tracker", ALL_MODULES], ids=["tracker", "all modules"])
+@pytest.mark.parametrize("code", ["import luxloop.tracker.tracker", ALL_MODULES], ids=["tracker", "all modules"])
 def test_the_tracker_imports_only_its_four_libraries(code):
     """No other installed package can be imported. Those that the libraries import if installed do not count."""
-    absent = sorted({*packages_distributions(), "sim", "sensor_model", "scenarios"} - NEEDED - {"tracker"})
+    others = {f"luxloop.{package}" for package in ("sim", "sensor_model", "scenarios")}
+    absent = sorted({*packages_distributions(), *others} - NEEDED - {"luxloop"})
     block = f"import sys\nsys.modules.update(dict.fromkeys({absent}))\n"
     names = "print(*{name.partition('.')[0] for name, module in sys.modules.items() if module})"
     command = [sys.executable, "-c", f"{block}{code}\n{MOTION}\n{names}"]

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.cell_memory import CellMemory
-from tracker.detection.segmentation import SegmentationConfig, keep_only
-from tracker.detection.straight_runs import WallConfig
-from tracker.detection.walls import extents, split
-from tracker.records import NOT_USED, Segments
-from tracker.seen_through import seen_through
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.detection.cell_memory import CellMemory
+from luxloop.tracker.detection.segmentation import SegmentationConfig, keep_only
+from luxloop.tracker.detection.straight_runs import WallConfig
+from luxloop.tracker.detection.walls import extents, split
+from luxloop.tracker.records import NOT_USED, Segments
+from luxloop.tracker.seen_through import seen_through
 
 EGO: tuple[float, float] = (0.0, 0.0)
 

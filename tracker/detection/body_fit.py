@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Floats, Ints
-from tracker.bounds import require_within
-from tracker.detection.body_search import search_bodies
-from tracker.detection.kernels.bowed_faces import BodyShape
-from tracker.detection.segmentation import by_segment, positions
-from tracker.records import Segments
-from tracker.scan import Scan
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.detection.body_search import search_bodies
+from luxloop.tracker.detection.kernels.bowed_faces import BodyShape
+from luxloop.tracker.detection.segmentation import by_segment, positions
+from luxloop.tracker.records import Segments
+from luxloop.tracker.scan import Scan
 
 
 @dataclass(frozen=True, slots=True)

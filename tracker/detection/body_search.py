@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.kernels.bearings import even_subset
-from tracker.detection.kernels.body_starts import COST, STATE, directions, first_hypotheses
-from tracker.detection.kernels.bowed_faces import BodyShape
-from tracker.detection.kernels.groups import by_group, means
-from tracker.detection.kernels.heading_search import misalignments
-from tracker.detection.kernels.shape_search import best_bodies, fit_bodies
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.detection.kernels.bearings import even_subset
+from luxloop.tracker.detection.kernels.body_starts import COST, STATE, directions, first_hypotheses
+from luxloop.tracker.detection.kernels.bowed_faces import BodyShape
+from luxloop.tracker.detection.kernels.groups import by_group, means
+from luxloop.tracker.detection.kernels.heading_search import misalignments
+from luxloop.tracker.detection.kernels.shape_search import best_bodies, fit_bodies
 
 SAMPLE_MAX = 48
 """Points of the first fits; the last ones use all points."""

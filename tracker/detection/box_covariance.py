@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.geometry import QUARTER, rotate
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.geometry import QUARTER, rotate
 
 HEADING_PRIOR_STD = QUARTER / math.sqrt(12.0)
 """Standard deviation of a heading with a uniform distribution over a quarter turn, the prior without points [rad]."""

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.box_covariance import corner_covariance, side_covariance
-from tracker.detection.kernels.box_points import box_points
-from tracker.detection.segmentation import by_segment, positions
-from tracker.geometry import rotate
-from tracker.records import Boxes, Candidates, Linkage, Segments
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.detection.box_covariance import corner_covariance, side_covariance
+from luxloop.tracker.detection.kernels.box_points import box_points
+from luxloop.tracker.detection.segmentation import by_segment, positions
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.records import Boxes, Candidates, Linkage, Segments
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.kernels.cells import contained
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.detection.kernels.cells import contained
 
 HALF = 1 << 32
 """A cell's number is its column times this, plus its row."""

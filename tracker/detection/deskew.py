@@ -11,13 +11,13 @@ from typing import Literal
 
 import numpy as np
 
-from tracker.arrays import Floats, Floats32, Ints
-from tracker.detection.kernels.groups import means
-from tracker.detection.kernels.sweep import without_ego_motion, without_motion
-from tracker.geometry import inside, rotate, wrap
-from tracker.kernels.odometry import placed
-from tracker.records import NO_TRACK, Segments
-from tracker.scan import Scan
+from luxloop.tracker.arrays import Floats, Floats32, Ints
+from luxloop.tracker.detection.kernels.groups import means
+from luxloop.tracker.detection.kernels.sweep import without_ego_motion, without_motion
+from luxloop.tracker.geometry import inside, rotate, wrap
+from luxloop.tracker.kernels.odometry import placed
+from luxloop.tracker.records import NO_TRACK, Segments
+from luxloop.tracker.scan import Scan
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,27 +6,36 @@ from typing import Protocol
 
 import numpy as np
 
-from tracker import merging
-from tracker.arrays import Bools, Floats
-from tracker.detection import body_fit, boxes, preprocess, rectangles, segmentation, selection, tlinkage, truncation
-from tracker.detection.background import Background, BackgroundConfig
-from tracker.detection.baselines import columns
-from tracker.detection.baselines.baseline_config import BaselineConfig
-from tracker.detection.body_fit import BodyFitConfig
-from tracker.detection.boxes import BoxConfig
-from tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
-from tracker.detection.preprocess import PreprocessConfig
-from tracker.detection.rectangles import RectangleConfig
-from tracker.detection.segmentation import SegmentationConfig
-from tracker.detection.selection import SelectionConfig
-from tracker.detection.straight_runs import WallConfig
-from tracker.detection.suppression import SuppressionConfig, in_shadow
-from tracker.detection.tlinkage import LinkageConfig
-from tracker.detection.truncation import TruncationConfig
-from tracker.kernels.odometry import placed
-from tracker.merging import MergeConfig, Pieces
-from tracker.records import Boxes, Candidates, Detection, Linkage, Segments
-from tracker.scan import Scan
+from luxloop.tracker import merging
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.detection import (
+    body_fit,
+    boxes,
+    preprocess,
+    rectangles,
+    segmentation,
+    selection,
+    tlinkage,
+    truncation,
+)
+from luxloop.tracker.detection.background import Background, BackgroundConfig
+from luxloop.tracker.detection.baselines import columns
+from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.detection.body_fit import BodyFitConfig
+from luxloop.tracker.detection.boxes import BoxConfig
+from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
+from luxloop.tracker.detection.preprocess import PreprocessConfig
+from luxloop.tracker.detection.rectangles import RectangleConfig
+from luxloop.tracker.detection.segmentation import SegmentationConfig
+from luxloop.tracker.detection.selection import SelectionConfig
+from luxloop.tracker.detection.straight_runs import WallConfig
+from luxloop.tracker.detection.suppression import SuppressionConfig, in_shadow
+from luxloop.tracker.detection.tlinkage import LinkageConfig
+from luxloop.tracker.detection.truncation import TruncationConfig
+from luxloop.tracker.kernels.odometry import placed
+from luxloop.tracker.merging import MergeConfig, Pieces
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments
+from luxloop.tracker.scan import Scan
 
 CLOCK_DIGITS = 9
 """Decimal digits of times [s]: differences below a nanosecond are rounding errors."""

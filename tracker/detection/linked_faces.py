@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.detection.kernels.corners import candidate_faces, scores
-from tracker.detection.kernels.faces import excesses, fit_corners
-from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
-from tracker.detection.kernels.outline import label_bodies
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.detection.kernels.corners import candidate_faces, scores
+from luxloop.tracker.detection.kernels.faces import excesses, fit_corners
+from luxloop.tracker.detection.kernels.linkage import MINIMAL_SAMPLE
+from luxloop.tracker.detection.kernels.outline import label_bodies
 
 if TYPE_CHECKING:
-    from tracker.detection.tlinkage import LinkageConfig
+    from luxloop.tracker.detection.tlinkage import LinkageConfig
 
 
 def label_faces(

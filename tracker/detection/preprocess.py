@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.detection.kernels.groups import positions
-from tracker.detection.kernels.kept import kept_points
-from tracker.detection.kernels.nearness import any_within
-from tracker.scan import PointFlag, Scan
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.detection.kernels.groups import positions
+from luxloop.tracker.detection.kernels.kept import kept_points
+from luxloop.tracker.detection.kernels.nearness import any_within
+from luxloop.tracker.scan import PointFlag, Scan
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,13 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.kernels.criteria import best_headings
-from tracker.detection.kernels.groups import by_group
-from tracker.detection.kernels.sides import extents
-from tracker.detection.segmentation import positions
-from tracker.geometry import fold, rotate
-from tracker.records import NOT_USED, Linkage, Segments
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.detection.kernels.criteria import best_headings
+from luxloop.tracker.detection.kernels.groups import by_group
+from luxloop.tracker.detection.kernels.sides import extents
+from luxloop.tracker.detection.segmentation import positions
+from luxloop.tracker.geometry import fold, rotate
+from luxloop.tracker.records import NOT_USED, Linkage, Segments
 
 RANGE_STD = 0.027
 """Standard deviation of a range, along the beam [m], as `LinkageConfig.range_std_m`."""

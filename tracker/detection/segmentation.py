@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.kernels import groups
-from tracker.detection.kernels.chains import connected
-from tracker.records import NOT_USED, Segments
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.detection.kernels import groups
+from luxloop.tracker.detection.kernels.chains import connected
+from luxloop.tracker.records import NOT_USED, Segments
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,14 +6,14 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Floats, Ints
-from tracker.detection import body_fit
-from tracker.detection.body_fit import BodyFitConfig
-from tracker.detection.kernels.heading_search import align, side_distances
-from tracker.detection.rectangles import Rectangles, measure
-from tracker.detection.segmentation import by_segment, positions
-from tracker.geometry import fold
-from tracker.records import Candidates, Linkage, Segments
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.detection import body_fit
+from luxloop.tracker.detection.body_fit import BodyFitConfig
+from luxloop.tracker.detection.kernels.heading_search import align, side_distances
+from luxloop.tracker.detection.rectangles import Rectangles, measure
+from luxloop.tracker.detection.segmentation import by_segment, positions
+from luxloop.tracker.geometry import fold
+from luxloop.tracker.records import Candidates, Linkage, Segments
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from tracker.arrays import Floats, Floats32
-from tracker.kernels.odometry import placed
-from tracker.records import Detection, Segments, SmallBoxes
-from tracker.scan import Scan
+from luxloop.tracker.arrays import Floats, Floats32
+from luxloop.tracker.kernels.odometry import placed
+from luxloop.tracker.records import Detection, Segments, SmallBoxes
+from luxloop.tracker.scan import Scan
 
 MARGIN_M = 0.3
 """Extents of a segment exceed those of its object by range noise and by swinging legs [m]."""

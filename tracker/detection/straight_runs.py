@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.detection.segmentation import SegmentationConfig
-from tracker.records import NOT_USED
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.detection.segmentation import SegmentationConfig
+from luxloop.tracker.records import NOT_USED
 
 ANGLES = np.arange(0.0, math.pi, math.radians(3.0))
 """Directions of the normals of lines [rad]; the fit that follows finds the angle between two of them."""

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools
-from tracker.geometry import inside, rotate
-from tracker.records import Boxes
+from luxloop.tracker.arrays import Bools
+from luxloop.tracker.geometry import inside, rotate
+from luxloop.tracker.records import Boxes
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,15 +8,15 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Floats
-from tracker.bounds import require_within
-from tracker.detection.kernels.bearings import even_subset
-from tracker.detection.kernels.line_labels import label_lines
-from tracker.detection.kernels.linkage import link_samples
-from tracker.detection.linked_faces import label_faces
-from tracker.detection.segmentation import by_segment
-from tracker.geometry import fold
-from tracker.records import Linkage, Segments
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.detection.kernels.bearings import even_subset
+from luxloop.tracker.detection.kernels.line_labels import label_lines
+from luxloop.tracker.detection.kernels.linkage import link_samples
+from luxloop.tracker.detection.linked_faces import label_faces
+from luxloop.tracker.detection.segmentation import by_segment
+from luxloop.tracker.geometry import fold
+from luxloop.tracker.records import Linkage, Segments
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 

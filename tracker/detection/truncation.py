@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools
-from tracker.detection.kernels.groups import by_group
-from tracker.detection.kernels.ordering import by_key
-from tracker.detection.kernels.truncation import truncated_points
-from tracker.records import Segments
-from tracker.scan import Scan
+from luxloop.tracker.arrays import Bools
+from luxloop.tracker.detection.kernels.groups import by_group
+from luxloop.tracker.detection.kernels.ordering import by_key
+from luxloop.tracker.detection.kernels.truncation import truncated_points
+from luxloop.tracker.records import Segments
+from luxloop.tracker.scan import Scan
 
 
 @dataclass(frozen=True, slots=True)

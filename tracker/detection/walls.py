@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.kernels.groups import extents_along
-from tracker.detection.kernels.nearness import any_within
-from tracker.detection.segmentation import SegmentationConfig, connect
-from tracker.detection.straight_runs import WallConfig, straight_runs
-from tracker.records import NOT_USED
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.detection.kernels.groups import extents_along
+from luxloop.tracker.detection.kernels.nearness import any_within
+from luxloop.tracker.detection.segmentation import SegmentationConfig, connect
+from luxloop.tracker.detection.straight_runs import WallConfig, straight_runs
+from luxloop.tracker.records import NOT_USED
 
 TIGHT = 0.5
 """Share of the segmentation's radius within which parts of one wall follow one another: queued vehicles are farther

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 
 @kernel()

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Floats32
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Bools, Floats, Floats32
+from luxloop.tracker.compiled import kernel
 
 BINS = 512
 """Bins of bearing, 0.7 degrees each: a beam of a layer or two."""

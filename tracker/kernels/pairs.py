@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 
 @kernel()

@@ -6,12 +6,12 @@ from typing import Literal
 import numpy as np
 import scipy
 
-from tracker.arrays import Bools, Floats
-from tracker.bounds import require_within
-from tracker.tracking.births import BirthConfig
-from tracker.tracking.hypotheses import Hypotheses, Predictions
-from tracker.tracking.kernels import association as kernel
-from tracker.tracking.observations import Observations
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.tracking.births import BirthConfig
+from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
+from luxloop.tracker.tracking.kernels import association as kernel
+from luxloop.tracker.tracking.observations import Observations
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,13 +5,13 @@ from typing import Protocol
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.records import Status
-from tracker.tracking.association import AssociationConfig, assign, score
-from tracker.tracking.births import nearby, second_views
-from tracker.tracking.hypotheses import Hypotheses, Predictions
-from tracker.tracking.observations import Observations
-from tracker.tracking.track import Track
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracking.association import AssociationConfig, assign, score
+from luxloop.tracker.tracking.births import nearby, second_views
+from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
+from luxloop.tracker.tracking.observations import Observations
+from luxloop.tracker.tracking.track import Track
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Order in which tracks choose boxes: as in the paper, previously confirmed tracks come before tentative ones. Tracks

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.tracking import mma
-from tracker.tracking.filter_bank import ScoredFilters
-from tracker.tracking.filters import Filters, Motion
-from tracker.tracking.mma import MmaConfig
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracking import mma
+from luxloop.tracker.tracking.filter_bank import ScoredFilters
+from luxloop.tracker.tracking.filters import Filters, Motion
+from luxloop.tracker.tracking.mma import MmaConfig
 
 
 class AverageBank(ScoredFilters):

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.bounds import require_within
-from tracker.geometry import rotate
-from tracker.tracking.hypotheses import Hypotheses, Predictions
-from tracker.tracking.observations import Observations
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
+from luxloop.tracker.tracking.observations import Observations
 
 
 @dataclass(frozen=True, slots=True)

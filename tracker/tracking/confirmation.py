@@ -4,12 +4,12 @@ import cmath
 import math
 from dataclasses import dataclass
 
-from tracker.arrays import Floats
-from tracker.bounds import require_within
-from tracker.tracking.correlated_views import correlated_sum
-from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
-from tracker.tracking.kernels.side_lengths import vehicle_log_odds
-from tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.tracking.correlated_views import correlated_sum
+from luxloop.tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
+from luxloop.tracker.tracking.kernels.side_lengths import vehicle_log_odds
+from luxloop.tracker.tracking.track_observation import TrackObservation
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.bounds import require_within
-from tracker.geometry import rotated_covariance, variance_along
-from tracker.tracking import orientation
-from tracker.tracking.kernels import corner_error as kernel
-from tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.geometry import rotated_covariance, variance_along
+from luxloop.tracker.tracking import orientation
+from luxloop.tracker.tracking.kernels import corner_error as kernel
+from luxloop.tracker.tracking.track_observation import TrackObservation
 
 
 @dataclass(frozen=True, slots=True)

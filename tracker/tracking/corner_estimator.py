@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.geometry import mahalanobis, rotate_one
-from tracker.records import NO_MODEL
-from tracker.tracking import orientation
-from tracker.tracking.corner_error import CornerError
-from tracker.tracking.filter_bank import FilterBank
-from tracker.tracking.filters import ORDERS, Motion, moved
-from tracker.tracking.independent_filters import IndependentFilters
-from tracker.tracking.orientation import Course
-from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.geometry import mahalanobis, rotate_one
+from luxloop.tracker.records import NO_MODEL
+from luxloop.tracker.tracking import orientation
+from luxloop.tracker.tracking.corner_error import CornerError
+from luxloop.tracker.tracking.filter_bank import FilterBank
+from luxloop.tracker.tracking.filters import ORDERS, Motion, moved
+from luxloop.tracker.tracking.independent_filters import IndependentFilters
+from luxloop.tracker.tracking.orientation import Course
+from luxloop.tracker.tracking.track_config import TrackConfig
+from luxloop.tracker.tracking.track_observation import TrackObservation
 
 
 class CornerEstimator:

@@ -8,7 +8,7 @@ successive scans see the same free places.
 import math
 from dataclasses import dataclass
 
-from tracker.bounds import require_within
+from luxloop.tracker.bounds import require_within
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.bounds import require_within
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.bounds import require_within
 
 
 @dataclass(frozen=True, slots=True)

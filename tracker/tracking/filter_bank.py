@@ -2,10 +2,10 @@
 
 from typing import Protocol
 
-from tracker.arrays import Floats
-from tracker.tracking import mma
-from tracker.tracking.filters import Filters, Motion
-from tracker.tracking.mma import MmaConfig
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracking import mma
+from luxloop.tracker.tracking.filters import Filters, Motion
+from luxloop.tracker.tracking.mma import MmaConfig
 
 
 class FilterBank(Protocol):

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.tracking.filters import STATE_DIM, Filters, Motion
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracking.filters import STATE_DIM, Filters, Motion
 
 if TYPE_CHECKING:
     from filterpy.kalman import KalmanFilter

@@ -1,10 +1,10 @@
 """Kalman filters of the filter bank, equations (6) to (9), as batches of arrays.
 
 The paper's three models are a chain of integrators per axis, of order 1 (position), 2 (velocity) or 3 (acceleration).
-Models of turning vehicles have transitions that depend on the track, see `tracker.tracking.turning`. Every
+Models of turning vehicles have transitions that depend on the track, see `luxloop.tracker.tracking.turning`. Every
 filter holds all six states x, y, vx, vy, ax, ay. States that a model omits keep a prior covariance; other models start
 from it when mixing. One call of a kernel updates any number of filters. filterpy is the reference in the tests, and
-runs `tracker.tracking.imm`.
+runs `luxloop.tracker.tracking.imm`.
 """
 
 from collections.abc import Sequence
@@ -14,10 +14,10 @@ from typing import Literal
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.bounds import require_within
-from tracker.records import MODEL_NAMES
-from tracker.tracking.kernels import kalman
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.records import MODEL_NAMES
+from luxloop.tracker.tracking.kernels import kalman
 
 STATE_DIM = 6
 """x, y, vx, vy, ax, ay [m, s]."""

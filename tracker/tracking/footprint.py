@@ -3,7 +3,7 @@
 import cmath
 from dataclasses import dataclass
 
-from tracker.arrays import Floats
+from luxloop.tracker.arrays import Floats
 
 LEFT_MARGIN_M = 1.5
 """Clearance of a vehicle that left a place [m]: the position of a small piece of wall along the wall is this

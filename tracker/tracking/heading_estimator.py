@@ -1,14 +1,14 @@
 """Heading of one tracked vehicle: a Kalman filter of heading and yaw rate, and the choice of the front."""
 
-from tracker.arrays import Bools, Floats
-from tracker.geometry import QUARTER
-from tracker.tracking import orientation
-from tracker.tracking.correlated_views import correlated_sum
-from tracker.tracking.filters import Motion
-from tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading
-from tracker.tracking.orientation import Course
-from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.geometry import QUARTER
+from luxloop.tracker.tracking import orientation
+from luxloop.tracker.tracking.correlated_views import correlated_sum
+from luxloop.tracker.tracking.filters import Motion
+from luxloop.tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading
+from luxloop.tracker.tracking.orientation import Course
+from luxloop.tracker.tracking.track_config import TrackConfig
+from luxloop.tracker.tracking.track_observation import TrackObservation
 
 
 class HeadingEstimator:

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.geometry import QUARTER, wrap
-from tracker.tracking.filters import FilterConfig, Motion, heading_filter
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.geometry import QUARTER, wrap
+from luxloop.tracker.tracking.filters import FilterConfig, Motion, heading_filter
 
 STILL_MPS = 1e-3
 """Smallest speed that limits a yaw rate [m/s]."""

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.bounds import require_within
-from tracker.geometry import rotate
-from tracker.tracking.kernels import hypotheses as kernel
-from tracker.tracking.observations import Observations, uncut
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.tracking.kernels import hypotheses as kernel
+from luxloop.tracker.tracking.observations import Observations, uncut
 
 
 @dataclass(frozen=True, slots=True)

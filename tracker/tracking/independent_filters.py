@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.tracking.filters import FilterConfig, Filters, Step, initial_filters
-from tracker.tracking.kernels import filter_banks as kernel
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracking.filters import FilterConfig, Filters, Step, initial_filters
+from luxloop.tracker.tracking.kernels import filter_banks as kernel
 
 
 class IndependentFilters:

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.tracking import mma
-from tracker.tracking.filter_bank import FilterBank, SelectedBank
-from tracker.tracking.filters import Filters, Motion, stacked
-from tracker.tracking.independent_filters import IndependentFilters
-from tracker.tracking.kernels import filter_banks as kernel
-from tracker.tracking.mma import MmaConfig
-from tracker.tracking.track import Track
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracking import mma
+from luxloop.tracker.tracking.filter_bank import FilterBank, SelectedBank
+from luxloop.tracker.tracking.filters import Filters, Motion, stacked
+from luxloop.tracker.tracking.independent_filters import IndependentFilters
+from luxloop.tracker.tracking.kernels import filter_banks as kernel
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.track import Track
 
 
 def predict(tracks: Sequence[Track], motion: Motion) -> None:

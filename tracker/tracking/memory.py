@@ -4,15 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.kernels.free_space import turned_returns
-from tracker.records import Status
-from tracker.scan import Scan
-from tracker.seen_through import seen_through
-from tracker.tracking.existence import MemoryConfig, existence
-from tracker.tracking.kernels import places as kernel
-from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import boxes
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.kernels.free_space import turned_returns
+from luxloop.tracker.records import Status
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.seen_through import seen_through
+from luxloop.tracker.tracking.existence import MemoryConfig, existence
+from luxloop.tracker.tracking.kernels import places as kernel
+from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_arrays import boxes
 
 
 def terminate_lost(tracks: Sequence[Track], scan: Scan, config: MemoryConfig) -> None:

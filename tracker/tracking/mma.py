@@ -12,10 +12,10 @@ from typing import Literal
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.records import MODEL_NAMES, MODELS
-from tracker.tracking.filters import Filters
-from tracker.tracking.kernels import multiple_models as kernel
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.records import MODEL_NAMES, MODELS
+from luxloop.tracker.tracking.filters import Filters
+from luxloop.tracker.tracking.kernels import multiple_models as kernel
 
 LEAST_PROBABILITY = 1e-9
 """Lower limit of a model probability, which keeps its logarithm finite."""

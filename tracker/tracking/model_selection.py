@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from tracker.arrays import Floats
-from tracker.tracking.average_bank import AverageBank
-from tracker.tracking.filter_bank import FilterBank, SelectedBank
-from tracker.tracking.filters import FilterConfig, Filters, initial_filters
-from tracker.tracking.imm import FilterpyImm
-from tracker.tracking.mma import MmaConfig
-from tracker.tracking.paper_bank import PaperBank
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracking.average_bank import AverageBank
+from luxloop.tracker.tracking.filter_bank import FilterBank, SelectedBank
+from luxloop.tracker.tracking.filters import FilterConfig, Filters, initial_filters
+from luxloop.tracker.tracking.imm import FilterpyImm
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.paper_bank import PaperBank
 
 
 class ModelSelection(Protocol):

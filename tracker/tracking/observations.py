@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import rotate
-from tracker.kernels.odometry import placed, turned_covariances
-from tracker.records import Boxes
-from tracker.tracking.filters import FilterConfig
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.kernels.odometry import placed, turned_covariances
+from luxloop.tracker.records import Boxes
+from luxloop.tracker.tracking.filters import FilterConfig
 
 
 @dataclass(frozen=True, slots=True, eq=False)

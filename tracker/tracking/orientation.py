@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.bounds import require_within
-from tracker.geometry import QUARTER, wrap
-from tracker.tracking.kernels.side_lengths import length_log_odds
-from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.bounds import require_within
+from luxloop.tracker.geometry import QUARTER, wrap
+from luxloop.tracker.tracking.kernels.side_lengths import length_log_odds
+from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 
 @dataclass(frozen=True, slots=True)

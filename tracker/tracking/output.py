@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.records import MODEL_NAMES, MODELS, PREDICTION_S, Tracks
-from tracker.tracking.filters import STATE_DIM, stacked
-from tracker.tracking.kernels import prediction as kernel
-from tracker.tracking.kernels.turns import Complexes
-from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import offset_covariances
-from tracker.tracking.turning import turning_among
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.records import MODEL_NAMES, MODELS, PREDICTION_S, Tracks
+from luxloop.tracker.tracking.filters import STATE_DIM, stacked
+from luxloop.tracker.tracking.kernels import prediction as kernel
+from luxloop.tracker.tracking.kernels.turns import Complexes
+from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_arrays import offset_covariances
+from luxloop.tracker.tracking.turning import turning_among
 
 REPORTED_DIM = 8
 """State of the filters, then heading and yaw rate."""

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.tracking import filterpy_filters, mma
-from tracker.tracking.filters import Filters, Motion
-from tracker.tracking.mma import MmaConfig
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracking import filterpy_filters, mma
+from luxloop.tracker.tracking.filters import Filters, Motion
+from luxloop.tracker.tracking.mma import MmaConfig
 
 
 class PaperBank:

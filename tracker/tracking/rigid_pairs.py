@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tracker.merging import MergeConfig, Pieces, gap, may_be_one
+from luxloop.tracker.merging import MergeConfig, Pieces, gap, may_be_one
 
 
 @dataclass(slots=True)

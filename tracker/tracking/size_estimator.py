@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.tracking import extent, orientation
-from tracker.tracking.extent import ExtentConfig
-from tracker.tracking.kernels import seen_extents
-from tracker.tracking.size_posterior import SizePosterior
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.tracking import extent, orientation
+from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.kernels import seen_extents
+from luxloop.tracker.tracking.size_posterior import SizePosterior
 
 
 class SizeEstimator:

@@ -6,10 +6,10 @@ front belongs to a long vehicle.
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.tracking.kernels import size_posterior as kernel
-from tracker.tracking.kernels.size_likelihood import LOG_ODDS_MAX, add_view
-from tracker.tracking.vehicle_sizes import GRID_M
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.tracking.kernels import size_posterior as kernel
+from luxloop.tracker.tracking.kernels.size_likelihood import LOG_ODDS_MAX, add_view
+from luxloop.tracker.tracking.vehicle_sizes import GRID_M
 
 
 class SizePosterior:

@@ -4,23 +4,23 @@ import cmath
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.geometry import rotate_one
-from tracker.records import Status
-from tracker.tracking import extent, orientation
-from tracker.tracking.confirmation import Confirmation
-from tracker.tracking.corner_estimator import CornerEstimator
-from tracker.tracking.existence import existence, same_vehicle
-from tracker.tracking.filter_bank import FilterBank
-from tracker.tracking.filters import Motion
-from tracker.tracking.footprint import Footprint
-from tracker.tracking.heading_estimator import HeadingEstimator
-from tracker.tracking.orientation import Course
-from tracker.tracking.size_estimator import SizeEstimator
-from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_observation import TrackObservation
-from tracker.tracking.traffic_flow import TrafficFlow
-from tracker.tracking.turning import (
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.geometry import rotate_one
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracking import extent, orientation
+from luxloop.tracker.tracking.confirmation import Confirmation
+from luxloop.tracker.tracking.corner_estimator import CornerEstimator
+from luxloop.tracker.tracking.existence import existence, same_vehicle
+from luxloop.tracker.tracking.filter_bank import FilterBank
+from luxloop.tracker.tracking.filters import Motion
+from luxloop.tracker.tracking.footprint import Footprint
+from luxloop.tracker.tracking.heading_estimator import HeadingEstimator
+from luxloop.tracker.tracking.orientation import Course
+from luxloop.tracker.tracking.size_estimator import SizeEstimator
+from luxloop.tracker.tracking.track_config import TrackConfig
+from luxloop.tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow
+from luxloop.tracker.tracking.turning import (
     Turn,
     axle_to_corner,
     motion_direction,

@@ -5,17 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import inside
-from tracker.kernels import boxes as kernel
-from tracker.merging import Pieces
-from tracker.records import MODELS
-from tracker.tracking import extent
-from tracker.tracking.filters import STATE_DIM, stacked
-from tracker.tracking.hypotheses import Predictions
-from tracker.tracking.kernels.corner_error import rotated
-from tracker.tracking.track import Track
-from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.geometry import inside
+from luxloop.tracker.kernels import boxes as kernel
+from luxloop.tracker.merging import Pieces
+from luxloop.tracker.records import MODELS
+from luxloop.tracker.tracking import extent
+from luxloop.tracker.tracking.filters import STATE_DIM, stacked
+from luxloop.tracker.tracking.hypotheses import Predictions
+from luxloop.tracker.tracking.kernels.corner_error import rotated
+from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 
 class TrackedCorners(NamedTuple):

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-from tracker.tracking.confirmation import TrackLifeConfig
-from tracker.tracking.corner_error import CornerConfig
-from tracker.tracking.existence import MemoryConfig
-from tracker.tracking.extent import ExtentConfig
-from tracker.tracking.filters import FilterConfig
-from tracker.tracking.orientation import OrientationConfig
+from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.corner_error import CornerConfig
+from luxloop.tracker.tracking.existence import MemoryConfig
+from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.filters import FilterConfig
+from luxloop.tracker.tracking.orientation import OrientationConfig
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import QUARTER, rotate_one, wrap
-from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end
-from tracker.tracking.observations import Observations, uncut
-from tracker.tracking.orientation import turn_sign, turn_size
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.geometry import QUARTER, rotate_one, wrap
+from luxloop.tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end
+from luxloop.tracker.tracking.observations import Observations, uncut
+from luxloop.tracker.tracking.orientation import turn_sign, turn_size
 
 
 @dataclass(frozen=True, slots=True, eq=False)

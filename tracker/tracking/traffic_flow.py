@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from tracker.arrays import Floats, Ints
-from tracker.records import NO_TRACK
-from tracker.tracking.kernels import traffic_flow as kernel
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.records import NO_TRACK
+from luxloop.tracker.tracking.kernels import traffic_flow as kernel
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.records import TURNING_MODELS
-from tracker.tracking.filters import Motion, Step
-from tracker.tracking.kernels.turns import LEAST_SPEED_MPS, Complexes, turned_integrals
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.records import TURNING_MODELS
+from luxloop.tracker.tracking.filters import Motion, Step
+from luxloop.tracker.tracking.kernels.turns import LEAST_SPEED_MPS, Complexes, turned_integrals
 
 TURNING = frozenset(TURNING_MODELS)
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Floats
+from luxloop.tracker.arrays import Floats
 
 GRID_M: Floats = np.array(0.4 * 1.02 ** np.arange(200), dtype=np.float64)
 """(G,) lengths and widths that a vehicle may have [m]: 0.4 to 20.6, in steps of 2 %."""

@@ -13,7 +13,7 @@ sys.path.append(str(Path(__file__).parents[1]))
 
 from nearest import Nearest
 
-from tracker.scan import Scan
+from luxloop.tracker.scan import Scan
 
 COLUMNS = {"time_offset": "<f4", "echo_pulse_width": "<f4", "flags": "<u2", "unit": "u1", "layer": "u1", "echo": "u1"}
 

@@ -7,7 +7,7 @@ pitch looks down, as in rig files.
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats
+from luxloop.scenarios.arrays import Floats
 
 Triple = tuple[float, float, float]
 

@@ -7,10 +7,10 @@ because the simulation has no wheel radius.
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.exchange.osi.base_values import identifier, moving_base, orientation, timestamp, vector, version
-from scenarios.exchange.osi.object_types import set_points, set_type
-from sim.world import Actors, Kind, Obstacles, WorldFrame
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.exchange.osi.base_values import identifier, moving_base, orientation, timestamp, vector, version
+from luxloop.scenarios.exchange.osi.object_types import set_points, set_type
+from luxloop.sim.world import Actors, Kind, Obstacles, WorldFrame
 
 HOST_ID = 2**32
 """Id of the ego; ids of actors are smaller, those of obstacles follow."""

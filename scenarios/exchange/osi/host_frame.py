@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.grading.plane_geometry import out_of_frame, turned
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.plane_geometry import out_of_frame, turned
 
 Box = tuple[float, float, float, float, float]
 

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.exchange.osi.base_values import identifier, orientation, timestamp, vector, version
-from sensor_model.rig.beams import UnitTable
-from sensor_model.rig.rig import Mount
-from sensor_model.truth import NO_ACTOR, ScanTruth
-from sim.world import WorldFrame
-from tracker.scan import PointFlag, Scan
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.exchange.osi.base_values import identifier, orientation, timestamp, vector, version
+from luxloop.sensor_model.rig.beams import UnitTable
+from luxloop.sensor_model.rig.rig import Mount
+from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.scan import PointFlag, Scan
 
 FIRST_UNIT = 1
 """Sensor id of the first unit; 0 is the tracker."""

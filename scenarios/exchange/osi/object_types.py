@@ -2,8 +2,8 @@
 
 import betterosi as osi
 
-from scenarios.exchange.box_table import is_count
-from sim.world import Kind
+from luxloop.scenarios.exchange.box_table import is_count
+from luxloop.sim.world import Kind
 
 KIND_REFERENCE = "luxloop.actor"
 """Type of the external reference with the name and the kind of an actor, since OSI has fewer types than kinds."""

@@ -7,8 +7,8 @@ from typing import Any
 
 import betterosi as osi
 
-from scenarios.errors import TracksError
-from scenarios.exchange.osi.base_values import time_of
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.osi.base_values import time_of
 
 
 def timed(path: Path, messages: Iterable[Any]) -> Iterator[tuple[float, Any]]:

@@ -13,15 +13,15 @@ from typing import Any, NamedTuple
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.errors import TracksError
-from scenarios.exchange.box_table import BoxTable, checked
-from scenarios.exchange.file_role import Role
-from scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH
-from scenarios.exchange.osi.host_frame import Host, over_ground, sensor_frame
-from scenarios.exchange.osi.object_types import kind_name, points
-from scenarios.exchange.osi.required_fields import object_id, timed
-from scenarios.grading.plane_geometry import into_frame, turned
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange.box_table import BoxTable, checked
+from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH
+from luxloop.scenarios.exchange.osi.host_frame import Host, over_ground, sensor_frame
+from luxloop.scenarios.exchange.osi.object_types import kind_name, points
+from luxloop.scenarios.exchange.osi.required_fields import object_id, timed
+from luxloop.scenarios.grading.plane_geometry import into_frame, turned
 
 WORLD, EGO = "world", "ego"
 UNKNOWN = np.full(2, np.nan)

@@ -18,13 +18,13 @@ from typing import NamedTuple
 
 import betterosi as osi
 
-from scenarios.exchange.exported_run import confirmed_tracks
-from scenarios.exchange.osi import lidar_data, track_messages
-from scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH, nanoseconds
-from scenarios.exchange.osi.ground_truth import ground_truth, stationary_objects
-from scenarios.grading.ownership import points_of_actors
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.rig.beams import unit_table
+from luxloop.scenarios.exchange.exported_run import confirmed_tracks
+from luxloop.scenarios.exchange.osi import lidar_data, track_messages
+from luxloop.scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH, nanoseconds
+from luxloop.scenarios.exchange.osi.ground_truth import ground_truth, stationary_objects
+from luxloop.scenarios.grading.ownership import points_of_actors
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.rig.beams import unit_table
 
 TRACE = "trace.mcap"
 START = "1970-01-01T00:00:00Z"

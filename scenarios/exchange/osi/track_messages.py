@@ -10,11 +10,11 @@ import betterosi as osi
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.exchange.exported_run import TRACK_HEIGHT_M
-from scenarios.exchange.osi.base_values import identifier, moving_base, orientation, timestamp, vector, version
-from scenarios.grading.plane_geometry import into_frame, turned
-from sim.world import Ego, WorldFrame
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.exchange.exported_run import TRACK_HEIGHT_M
+from luxloop.scenarios.exchange.osi.base_values import identifier, moving_base, orientation, timestamp, vector, version
+from luxloop.scenarios.grading.plane_geometry import into_frame, turned
+from luxloop.sim.world import Ego, WorldFrame
 
 TRACKER = 0
 """Sensor id of the tracker."""

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats, Ints
-from sensor_model.truth import NO_ACTOR
-from sim.world import JOINTS, Kind, WorldFrame
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.sim.world import JOINTS, Kind, WorldFrame
 
 EGO_ROW, EGO_NAME = 0, "ego"
 EGO = NO_ACTOR
@@ -32,7 +32,7 @@ class Bodies:
     yaw_rate: Floats
     """(M,) [rad/s]."""
     joint_angles: Floats
-    """(M, JOINTS) [rad] see `sim.world.Actors`."""
+    """(M, JOINTS) [rad] see `luxloop.sim.world.Actors`."""
     size: Floats
     """(M, 2) length and width [m]."""
 

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats
-from scenarios.grading.truth_events.bodies import Bodies, common_rows
-from scenarios.grading.truth_events.event_limits import JUMP_M, ON_WHEELS
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.scenarios.grading.truth_events.bodies import Bodies, common_rows
+from luxloop.scenarios.grading.truth_events.event_limits import JUMP_M, ON_WHEELS
 
 
 class Motion(NamedTuple):

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
-from scenarios.grading.articulated import parts
-from scenarios.grading.truth_events.bodies import Bodies
-from scenarios.grading.truth_events.event_limits import OVERLAP_M2
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.grading.articulated import parts
+from luxloop.scenarios.grading.truth_events.bodies import Bodies
+from luxloop.scenarios.grading.truth_events.event_limits import OVERLAP_M2
 
 
 class Overlaps(NamedTuple):
@@ -31,7 +31,7 @@ def overlaps(bodies: Bodies) -> Overlaps:
     first, second = _near_pairs(boxes, row)
     if not len(first):
         return Overlaps(first, second, np.empty(0))
-    from scenarios.grading.kernels.clipping import shared_areas  # numba takes half a second to import
+    from luxloop.scenarios.grading.kernels.clipping import shared_areas  # numba takes half a second to import
 
     area = shared_areas(boxes[first], boxes[second])
     if not (area > 0.0).any():

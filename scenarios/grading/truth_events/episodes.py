@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from scenarios.grading.truth_events.bodies import EGO, EGO_NAME, EGO_ROW, Bodies, body_name
-from scenarios.grading.truth_events.body_motion import Motion
-from scenarios.grading.truth_events.body_overlaps import Overlaps
-from scenarios.grading.truth_events.event_limits import EPISODE_S, LIMITS, exceedance
-from scenarios.grading.truth_events.event_names import EventKind
-from scenarios.grading.truth_events.truth_event import TruthEvent, new_event
-from sim.world import Collision, WorldFrame
+from luxloop.scenarios.grading.truth_events.bodies import EGO, EGO_NAME, EGO_ROW, Bodies, body_name
+from luxloop.scenarios.grading.truth_events.body_motion import Motion
+from luxloop.scenarios.grading.truth_events.body_overlaps import Overlaps
+from luxloop.scenarios.grading.truth_events.event_limits import EPISODE_S, LIMITS, exceedance
+from luxloop.scenarios.grading.truth_events.event_names import EventKind
+from luxloop.scenarios.grading.truth_events.truth_event import TruthEvent, new_event
+from luxloop.sim.world import Collision, WorldFrame
 
 Key = tuple[EventKind, int, int]
 """Kind and ids of an episode."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from sim.world import Kind
+from luxloop.scenarios.arrays import Floats
+from luxloop.sim.world import Kind
 
 OVERLAP_M2 = 0.05
 """[m^2] Least overlap of two boxes that is an overlap of bodies. Corners of bodies are rounded: at a radius of 0.5 m a
@@ -38,7 +38,7 @@ SAME_SIZE_M = 0.01
 MASK_S = 1.0
 """[s] Time for which an actor that was inserted or moved in view is not graded, and for which tracks at the place of a
 removed one are not false. A vehicle on a real road comes into view by degrees: at 5 m/s, 5 m of length take 1 s, and a
-tracker confirms it meanwhile. `scenarios.grading.snapshots` allows the same time for confirmation."""
+tracker confirms it meanwhile. `luxloop.scenarios.grading.snapshots` allows the same time for confirmation."""
 
 FRINGE_M = 10.0
 """[m] Actors enter and leave at the border of the delivered range. They do not within this distance of it."""

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats
-from scenarios.grading.truth_events.bodies import EGO_ROW, Bodies
-from scenarios.grading.truth_events.body_motion import MotionHistory, is_jump
-from scenarios.grading.truth_events.body_overlaps import Overlaps, overlaps
-from scenarios.grading.truth_events.episodes import Episodes
-from scenarios.grading.truth_events.event_limits import FRINGE_M
-from scenarios.grading.truth_events.presence import Presence
-from scenarios.grading.truth_events.truth_event import TruthEvent, event_table
-from sensor_model.truth import ScanTruth
-from sim.world import Collision, WorldFrame
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.scenarios.grading.truth_events.bodies import EGO_ROW, Bodies
+from luxloop.scenarios.grading.truth_events.body_motion import MotionHistory, is_jump
+from luxloop.scenarios.grading.truth_events.body_overlaps import Overlaps, overlaps
+from luxloop.scenarios.grading.truth_events.episodes import Episodes
+from luxloop.scenarios.grading.truth_events.event_limits import FRINGE_M
+from luxloop.scenarios.grading.truth_events.presence import Presence
+from luxloop.scenarios.grading.truth_events.truth_event import TruthEvent, event_table
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Collision, WorldFrame
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.truth_events.event_names import COUNTS, LARGEST, MASKED
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.truth_events.event_names import COUNTS, LARGEST, MASKED
 
 NO_EVENTS = "the run has no table of truth events: its traffic was not simulated, or by an earlier version"
 

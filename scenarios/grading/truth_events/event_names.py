@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from enum import IntEnum
 
-from scenarios.grading.metric_definition import Definition
+from luxloop.scenarios.grading.metric_definition import Definition
 
 
 class EventKind(IntEnum):

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats
-from scenarios.grading.truth_events.bodies import EGO_ROW, Bodies, body_name
-from scenarios.grading.truth_events.event_limits import JUMP_M, MASK_S, REAPPEARANCE_S, SAME_SIZE_M
-from scenarios.grading.truth_events.event_names import EventKind
-from scenarios.grading.truth_events.truth_event import TruthEvent, new_event
-from sim.world import WorldFrame
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.scenarios.grading.truth_events.bodies import EGO_ROW, Bodies, body_name
+from luxloop.scenarios.grading.truth_events.event_limits import JUMP_M, MASK_S, REAPPEARANCE_S, SAME_SIZE_M
+from luxloop.scenarios.grading.truth_events.event_names import EventKind
+from luxloop.scenarios.grading.truth_events.truth_event import TruthEvent, new_event
+from luxloop.sim.world import WorldFrame
 
 TIE_S = 1e-9
 """[s] Margin of comparisons of frame times."""

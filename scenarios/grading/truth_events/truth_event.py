@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.truth_events.event_names import EventKind
-from sensor_model.truth import NO_ACTOR
-from sim.world import WorldFrame
+from luxloop.scenarios.grading.truth_events.event_names import EventKind
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.sim.world import WorldFrame
 
 COLUMNS = (
     *("frame", "time_s", "end_frame", "kind", "actor_id", "name", "other_id", "other"),

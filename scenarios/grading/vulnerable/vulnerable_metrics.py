@@ -8,18 +8,18 @@ points, 1 - distance / match_distance_m.
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools
-from scenarios.grading import confirmation_metrics, score_sums
-from scenarios.grading.bands import range_bands, why_none
-from scenarios.grading.clear_table import ClearTable, clear_table
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.id_switches import HitStep, clear_hits
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.tracking_scores import TrackingScores, VehicleScores
-from scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
-from scenarios.grading.vulnerable.vulnerable_names import COUNTS, GROUPS, KIND_NAMES, MISSED_SHARE, SCORES
-from scenarios.grading.vulnerable.vulnerable_tracks import VEHICLE, SmallTracks, small_tracks
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.arrays import Bools
+from luxloop.scenarios.grading import confirmation_metrics, score_sums
+from luxloop.scenarios.grading.bands import range_bands, why_none
+from luxloop.scenarios.grading.clear_table import ClearTable, clear_table
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.id_switches import HitStep, clear_hits
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.tracking_scores import TrackingScores, VehicleScores
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
+from luxloop.scenarios.grading.vulnerable.vulnerable_names import COUNTS, GROUPS, KIND_NAMES, MISSED_SHARE, SCORES
+from luxloop.scenarios.grading.vulnerable.vulnerable_tracks import VEHICLE, SmallTracks, small_tracks
+from luxloop.sensor_model.truth import NO_ACTOR
 
 HIT_SIMILARITY = 0.5
 """Least similarity of a hit: half of `match_distance_m`."""

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from scenarios.grading.metric_definition import Definition
-from scenarios.grading.track_metric_names import RANGE_BANDS
-from sim.world import Kind
+from luxloop.scenarios.grading.metric_definition import Definition
+from luxloop.scenarios.grading.track_metric_names import RANGE_BANDS
+from luxloop.sim.world import Kind
 
 GROUPS = {"people": Kind.PEDESTRIAN, "riders": Kind.BICYCLE}
 """Class of the actors of each group. Motorcycles are vehicles."""

@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from scenarios.arrays import Ints
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.matching import CONTINUITY
-from scenarios.grading.vulnerable.vulnerable_names import KIND_NAMES
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.matching import CONTINUITY
+from luxloop.scenarios.grading.vulnerable.vulnerable_names import KIND_NAMES
+from luxloop.sensor_model.truth import NO_ACTOR
 
 SMALL, VEHICLE = "small", "vehicle"
 """Names of the classes that a tracker gives to its tracks, in the column `label` of the table `tracks`."""

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from scenarios.league.trackers.autoware_fits import AutowareDetector
-from scenarios.league.trackers.bicycle_filter import BicycleFilter
-from scenarios.league.trackers.track_book import TrackBook
-from scenarios.league.trackers.vehicle_boxes import MakeDetector, Readings, VehicleBoxes
-from tracker.arrays import Floats
-from tracker.records import Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.league.trackers.autoware_fits import AutowareDetector
+from luxloop.scenarios.league.trackers.bicycle_filter import BicycleFilter
+from luxloop.scenarios.league.trackers.track_book import TrackBook
+from luxloop.scenarios.league.trackers.vehicle_boxes import MakeDetector, Readings, VehicleBoxes
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 BEYOND = 1e3
 """Cost of a pair outside the gate."""

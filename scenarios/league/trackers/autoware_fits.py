@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from tracker.arrays import Ints
-from tracker.detection.baselines import autoware
-from tracker.detection.detector import Detector
-from tracker.detection.rectangles import measure
-from tracker.detection.segmentation import by_segment
-from tracker.geometry import fold
-from tracker.records import Candidates, Linkage, Segments
-from tracker.scan import Scan
+from luxloop.tracker.arrays import Ints
+from luxloop.tracker.detection.baselines import autoware
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.detection.rectangles import measure
+from luxloop.tracker.detection.segmentation import by_segment
+from luxloop.tracker.geometry import fold
+from luxloop.tracker.records import Candidates, Linkage, Segments
+from luxloop.tracker.scan import Scan
 
 POINTS_MAX = 400
 """Largest number of points of a fit, evenly chosen."""

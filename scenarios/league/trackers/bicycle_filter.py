@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.geometry import wrap
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.geometry import wrap
 
 REAR_SHARE = 0.3
 """Distance from the centre to the rear axle, as a share of the length: 1.35 m for a car."""

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 import scipy
 
-from scenarios.league.trackers.stone_soup import Associated, Settings, StoneSoupTracker
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.league.trackers.stone_soup import Associated, Settings, StoneSoupTracker
+from luxloop.tracker.tracker import TrackerConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,10 +13,10 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from scenarios.league.trackers.joint_probabilistic import JointProbabilistic, JointSettings
-from scenarios.league.trackers.stone_soup import Associated, Settings
-from tracker.arrays import Floats
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.league.trackers.joint_probabilistic import JointProbabilistic, JointSettings
+from luxloop.scenarios.league.trackers.stone_soup import Associated, Settings
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracker import TrackerConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,8 +3,8 @@
 from datetime import datetime
 from typing import Any
 
-from scenarios.league.trackers.stone_soup import Associated, StoneSoupTracker
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.league.trackers.stone_soup import Associated, StoneSoupTracker
+from luxloop.tracker.tracker import TrackerConfig
 
 
 class NearestNeighbour(StoneSoupTracker):

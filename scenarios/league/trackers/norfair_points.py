@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.league.trackers.track_book import TrackBook
-from scenarios.league.trackers.vehicle_boxes import MakeDetector, VehicleBoxes
-from tracker.detection.detector import Detector
-from tracker.records import Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.league.trackers.track_book import TrackBook
+from luxloop.scenarios.league.trackers.vehicle_boxes import MakeDetector, VehicleBoxes
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

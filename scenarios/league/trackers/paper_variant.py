@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from tracker.tracker import Tracker, TrackerConfig
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 
 def paper_variant(config: TrackerConfig) -> Tracker:

@@ -12,13 +12,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from scenarios.league.trackers.track_book import TrackBook
-from scenarios.league.trackers.vehicle_boxes import MakeDetector, VehicleBoxes
-from tracker.arrays import Floats
-from tracker.detection.detector import Detector
-from tracker.records import Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.league.trackers.track_book import TrackBook
+from luxloop.scenarios.league.trackers.vehicle_boxes import MakeDetector, VehicleBoxes
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
 
 EPOCH = datetime(2000, 1, 1)
 SPEED_STD_MPS = 10.0

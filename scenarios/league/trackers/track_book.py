@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.league.trackers.vehicle_boxes import Readings
-from tracker.arrays import Floats
-from tracker.geometry import wrap
-from tracker.records import Status, Tracks
+from luxloop.scenarios.league.trackers.vehicle_boxes import Readings
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.geometry import wrap
+from luxloop.tracker.records import Status, Tracks
 
 TENTATIVE_S = 0.2
 """A tentative track ends after this time without a measurement [s]: two missed scans."""

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.detection.detector import BoxDetector, Detector, DetectorConfig
-from tracker.geometry import rotate
-from tracker.scan import Scan
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.detection.detector import BoxDetector, Detector, DetectorConfig
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.scan import Scan
 
 CAR_M = np.array([4.5, 1.8])
 """Length and width of a car [m]; hidden ends of a box are put there."""

@@ -1,18 +1,18 @@
 """Actors and tracks of a frame as boxes of a Foxglove scene.
 
 The metadata of a box has its exact numbers as text, since a quaternion rounds the heading: `heading_rad` in the true
-ego frame, and the pose and velocity over ground in the world frame. `scenarios.offline.mcap.boxes` reads them.
+ego frame, and the pose and velocity over ground in the world frame. `luxloop.scenarios.offline.mcap.boxes` reads them.
 """
 
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.ownership import points_of_actors
-from scenarios.grading.plane_geometry import into_frame
-from scenarios.offline.mcap.messages import Box, Color
-from sensor_model.truth import ScanTruth
-from sim.world import Kind, WorldFrame
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.ownership import points_of_actors
+from luxloop.scenarios.grading.plane_geometry import into_frame
+from luxloop.scenarios.offline.mcap.messages import Box, Color
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import Kind, WorldFrame
 
 TRACK_HEIGHT_M = 1.5
 """Height of track boxes; tracks have no height."""

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.errors import TracksError
-from scenarios.grading.plane_geometry import turned
-from scenarios.offline.mcap.box_scenes import HEADING, WORLD
-from scenarios.offline.mcap.tracked_objects import LABELS
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.offline.mcap.box_scenes import HEADING, WORLD
+from luxloop.scenarios.offline.mcap.tracked_objects import LABELS
 
 NANOSECOND_S = 1e-9
 SCENE = "foxglove_msgs/msg/SceneUpdate"

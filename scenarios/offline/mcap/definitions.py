@@ -6,7 +6,7 @@ listed in their order.
 
 import re
 
-from scenarios.offline.mcap.object_definitions import OBJECT_FIELDS
+from luxloop.scenarios.offline.mcap.object_definitions import OBJECT_FIELDS
 
 _FIELDS = {
     **OBJECT_FIELDS,

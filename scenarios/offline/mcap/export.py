@@ -24,19 +24,19 @@ import numpy as np
 import numpy.typing as npt
 from mcap_ros2.writer import Writer
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file
-from scenarios.offline.mcap import world_objects
-from scenarios.offline.mcap.box_scenes import actor_boxes, track_boxes
-from scenarios.offline.mcap.definitions import definition, full_name
-from scenarios.offline.mcap.messages import Message, clock, cloud, nanoseconds, scene, transforms
-from scenarios.offline.mcap.tracked_objects import detections, tracked_objects
-from scenarios.offline.mcap.unit_clouds import plain_name, static_transforms, unit_cloud
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.rig.beams import unit_table
-from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
-from tracker.scan import Scan
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.offline.mcap import world_objects
+from luxloop.scenarios.offline.mcap.box_scenes import actor_boxes, track_boxes
+from luxloop.scenarios.offline.mcap.definitions import definition, full_name
+from luxloop.scenarios.offline.mcap.messages import Message, clock, cloud, nanoseconds, scene, transforms
+from luxloop.scenarios.offline.mcap.tracked_objects import detections, tracked_objects
+from luxloop.scenarios.offline.mcap.unit_clouds import plain_name, static_transforms, unit_cloud
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.rig.beams import unit_table
+from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sim.world import WorldFrame
+from luxloop.tracker.scan import Scan
 
 CLOUD, BOXES, TRANSFORM = "sensor_msgs/PointCloud2", "foxglove_msgs/SceneUpdate", "tf2_msgs/TFMessage"
 CLOCK, DETECTIONS = "rosgraph_msgs/Clock", "vision_msgs/Detection3DArray"

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats
-from scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.plane_geometry import turned
 
 Message = dict[str, Any]
 Color = tuple[float, float, float, float]

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.grading.plane_geometry import turned
-from scenarios.offline.mcap.messages import MAP, Message, header, planar_pose, vector
-from sim.world import Kind
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.offline.mcap.messages import MAP, Message, header, planar_pose, vector
+from luxloop.sim.world import Kind
 
 LABELS = ("unknown", "car", "truck", "bus", "trailer", "motorcycle", "bicycle", "pedestrian")
 """Classes in the order of the codes of `autoware_perception_msgs/ObjectClassification`."""

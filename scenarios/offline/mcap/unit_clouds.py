@@ -9,11 +9,11 @@ import re
 import numpy as np
 import scipy
 
-from scenarios.arrays import Floats
-from scenarios.offline.mcap.messages import BASE_LINK, EGO, Message, header, packed_cloud, vector
-from sensor_model.rig.beams import UnitTable
-from sensor_model.rig.rig import Mount, Rig
-from tracker.scan import Scan
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.offline.mcap.messages import BASE_LINK, EGO, Message, header, packed_cloud, vector
+from luxloop.sensor_model.rig.beams import UnitTable
+from luxloop.sensor_model.rig.rig import Mount, Rig
+from luxloop.tracker.scan import Scan
 
 LAYOUT = np.dtype(
     {

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.offline.mcap.box_scenes import POSE, TRACK_HEIGHT_M, VELOCITY
-from scenarios.offline.mcap.tracked_objects import CLASSES, WorldObject
-from sim.world import Kind, Mode, WorldFrame
+from luxloop.scenarios.offline.mcap.box_scenes import POSE, TRACK_HEIGHT_M, VELOCITY
+from luxloop.scenarios.offline.mcap.tracked_objects import CLASSES, WorldObject
+from luxloop.sim.world import Kind, Mode, WorldFrame
 
 CONFIRMED, STATIONARY = "confirmed", "stationary"
 ACCELERATION = ["ax_world_mps2", "ay_world_mps2"]

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.reading_errors import require_bytes
-from scenarios.recordings.sweep import RecordingSource
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.reading_errors import require_bytes
+from luxloop.scenarios.recordings.sweep import RecordingSource
 
 FORMATS = {
     "rosbag": (".bag", ".db3", "folder"),
@@ -56,22 +56,22 @@ def open_recording(paths: list[Path], name: str, options: ReadOptions) -> Record
     """
     require_bytes(paths)
     if name == "rosbag":
-        from scenarios.recordings.formats.ros_bags import open_bags
+        from luxloop.scenarios.recordings.formats.ros_bags import open_bags
 
         return open_bags(paths, list(options.topics))
     if name == "mcap":
-        from scenarios.recordings.formats.mcap_files import open_mcap
+        from luxloop.scenarios.recordings.formats.mcap_files import open_mcap
 
         return open_mcap(paths, list(options.topics))
     if name == "ouster":
-        from scenarios.recordings.formats.ouster_capture import open_capture
+        from luxloop.scenarios.recordings.formats.ouster_capture import open_capture
 
         return open_capture(paths, options.metadata)
     if name == "lux":
-        from scenarios.recordings.formats.lux_stream import LuxStreams
+        from luxloop.scenarios.recordings.formats.lux_stream import LuxStreams
 
         return LuxStreams(paths)
-    from scenarios.recordings.formats.point_files import PointFiles
+    from luxloop.scenarios.recordings.formats.point_files import PointFiles
 
     return PointFiles.open(paths, name, options.rate_hz)
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.reading_errors import readable
-from scenarios.recordings.sweep import PoseList, Sweep
-from sensor_model.formats.lux_scan_message import CM_PER_M, LuxMessage
-from sensor_model.formats.lux_scan_points import points_unit
-from sensor_model.formats.lux_scan_stream import read_stream
-from sensor_model.rig.rig import load_unit
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.reading_errors import readable
+from luxloop.scenarios.recordings.sweep import PoseList, Sweep
+from luxloop.sensor_model.formats.lux_scan_message import CM_PER_M, LuxMessage
+from luxloop.sensor_model.formats.lux_scan_points import points_unit
+from luxloop.sensor_model.formats.lux_scan_stream import read_stream
+from luxloop.sensor_model.rig.rig import load_unit
 
 UNIT = "lux"
 """Unit file with the elevations of the layers, which a message does not hold."""

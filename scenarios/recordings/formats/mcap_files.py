@@ -6,10 +6,10 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.reading_errors import readable
-from scenarios.recordings.formats.ros_messages import NANOSECONDS
-from scenarios.recordings.formats.ros_topics import RosTopics
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.reading_errors import readable
+from luxloop.scenarios.recordings.formats.ros_messages import NANOSECONDS
+from luxloop.scenarios.recordings.formats.ros_topics import RosTopics
 
 WHAT = "MCAP"
 

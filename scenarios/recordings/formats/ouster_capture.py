@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.reading_errors import readable
-from scenarios.recordings.sweep import PoseList, Sweep
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.reading_errors import readable
+from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 
 WHAT = "an Ouster capture"
 INSTALL = "pip install --no-deps ouster-sdk==1.0.1"

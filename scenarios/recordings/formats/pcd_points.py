@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.lzf import decompress
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.lzf import decompress
 
 HEADER_MAX = 65_536
 """Bytes searched for the end of the header."""

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats
-from scenarios.errors import InputError
-from scenarios.recordings.sweep import Sweep
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.sweep import Sweep
 
 RING_NAMES = ("ring", "line", "layer", "channel")
 TIME_NAMES = ("t", "time", "time_stamp", "timestamp", "offset_time")

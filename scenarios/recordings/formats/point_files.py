@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.pcd_points import read_pcd
-from scenarios.recordings.formats.point_fields import sweep_of_table
-from scenarios.recordings.formats.reading_errors import readable
-from scenarios.recordings.sweep import PoseList, Sweep
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.pcd_points import read_pcd
+from luxloop.scenarios.recordings.formats.point_fields import sweep_of_table
+from luxloop.scenarios.recordings.formats.reading_errors import readable
+from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 
 KITTI = np.dtype([(name, "<f4") for name in ("x", "y", "z", "intensity")])
 FARTHEST_M = 10_000.0

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from scenarios.errors import InputError
+from luxloop.scenarios.errors import InputError
 
 
 @contextmanager

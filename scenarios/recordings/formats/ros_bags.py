@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from scenarios.recordings.formats.reading_errors import readable
-from scenarios.recordings.formats.ros_messages import NANOSECONDS
-from scenarios.recordings.formats.ros_topics import RosTopics
+from luxloop.scenarios.recordings.formats.reading_errors import readable
+from luxloop.scenarios.recordings.formats.ros_messages import NANOSECONDS
+from luxloop.scenarios.recordings.formats.ros_topics import RosTopics
 
 WHAT = "a ROS bag"
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.point_fields import sweep_of_table
-from scenarios.recordings.sweep import Sweep
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.point_fields import sweep_of_table
+from luxloop.scenarios.recordings.sweep import Sweep
 
 CLOUD, LASER = "sensor_msgs/PointCloud2", "sensor_msgs/LaserScan"
 SWEEPS = (CLOUD, LASER)

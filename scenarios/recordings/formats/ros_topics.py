@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.ros_messages import POSES, SWEEPS, TRANSFORMS, pose_rows, short_type, sweep_of
-from scenarios.recordings.sweep import PoseList, Sweep
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.ros_messages import POSES, SWEEPS, TRANSFORMS, pose_rows, short_type, sweep_of
+from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 
 Messages = Callable[[list[str]], Iterable[tuple[str, float, Any]]]
 """Yields topic, time of logging [s] and message of the given topics, in the order of the recording."""

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.report.html import birdseye_layers as layers
-from scenarios.report.html.palette import BAD, FAINT, INK, RED, TEXT_SERIES
-from scenarios.report.html.shown_frames import ShownFrame, ego_poses
-from scenarios.report.html.svg_figure import Figure, draw
-from scenarios.result import Result
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.report.html import birdseye_layers as layers
+from luxloop.scenarios.report.html.palette import BAD, FAINT, INK, RED, TEXT_SERIES
+from luxloop.scenarios.report.html.shown_frames import ShownFrame, ego_poses
+from luxloop.scenarios.report.html.svg_figure import Figure, draw
+from luxloop.scenarios.result import Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Ints
-from scenarios.grading.plane_geometry import wrap
-from scenarios.report.html.palette import BLUE, GREEN
-from scenarios.report.html.svg_figure import Figure, draw, note
-from scenarios.statistics.jackknife import POSITIVE, ratio_interval
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.grading.plane_geometry import wrap
+from luxloop.scenarios.report.html.palette import BLUE, GREEN
+from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.scenarios.statistics.jackknife import POSITIVE, ratio_interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

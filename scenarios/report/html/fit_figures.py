@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.metric_names import FIT_METHODS
-from scenarios.report import paper_figures
-from scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY
-from scenarios.report.html.svg_figure import Figure, draw
-from tracker.records import BASELINES
+from luxloop.scenarios.grading.metric_names import FIT_METHODS
+from luxloop.scenarios.report import paper_figures
+from luxloop.scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY
+from luxloop.scenarios.report.html.svg_figure import Figure, draw
+from luxloop.tracker.records import BASELINES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

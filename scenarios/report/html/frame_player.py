@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.articulated import angles_of, kinds_of, parts
-from scenarios.grading.plane_geometry import into_frame
-from scenarios.grading.worst_frames import vehicle_names
-from scenarios.report.html.palette import TEXT_NAMES
-from scenarios.report.html.shown_frames import POSE_WORLD, ShownFrame
-from scenarios.result import Result
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.articulated import angles_of, kinds_of, parts
+from luxloop.scenarios.grading.plane_geometry import into_frame
+from luxloop.scenarios.grading.worst_frames import vehicle_names
+from luxloop.scenarios.report.html.palette import TEXT_NAMES
+from luxloop.scenarios.report.html.shown_frames import POSE_WORLD, ShownFrame
+from luxloop.scenarios.result import Result
 
 REACH_M = 70.0
 """Boxes and points farther from the ego are left out [m]."""

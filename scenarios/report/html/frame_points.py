@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from scenarios.recording.recorded_points import read_points
-from scenarios.result import Result
-from scenarios.run import run_folder
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.recording.recorded_points import read_points
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import run_folder
+from luxloop.sensor_model.truth import NO_ACTOR
 
 COLUMNS = ["frame", "x_ego_m", "y_ego_m", "on_actor", "noise"]
 

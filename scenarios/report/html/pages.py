@@ -11,17 +11,17 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file
-from scenarios.grading.metric_names import REGISTRY
-from scenarios.report.html.palette import TONES
-from scenarios.report.html.reported_run import interval, with_unit
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.grading.metric_names import REGISTRY
+from luxloop.scenarios.report.html.palette import TONES
+from luxloop.scenarios.report.html.reported_run import interval, with_unit
 
 
 def render(template: str, **values: Any) -> str:
     """Fill in a template; all values are escaped, so the contents of a run are never markup."""
     environment = Environment(
-        loader=PackageLoader("scenarios.report.html"),
+        loader=PackageLoader("luxloop.scenarios.report.html"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -41,7 +41,9 @@ def breakable(name: str) -> Markup:
 @cache
 def script() -> Markup:
     """Return the script of the frame player, the only one of any page."""
-    return Markup((resources.files("scenarios.report.html") / "templates" / "player.js").read_text(encoding="utf-8"))
+    return Markup(
+        (resources.files("luxloop.scenarios.report.html") / "templates" / "player.js").read_text(encoding="utf-8")
+    )
 
 
 def script_hash() -> str:

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.frame_tables import models_of
-from scenarios.grading.worst_frames import vehicle_names
-from scenarios.report.html.palette import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-from scenarios.report.html.svg_figure import Figure, draw, note
-from tracker.records import MODEL_NAMES, MODELS
+from luxloop.scenarios.grading.frame_tables import models_of
+from luxloop.scenarios.grading.worst_frames import vehicle_names
+from luxloop.scenarios.report.html.palette import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.tracker.records import MODEL_NAMES, MODELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,14 +5,14 @@ import shlex
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from scenarios.files import shipped
-from scenarios.files.expect import Check, ExpectationOutcome, Limit, RunVerdict, check, verdict
-from scenarios.grading.metric_names import GRADED, METRICS
-from scenarios.grading.worst_frames import WorstFrame, worst_frames
-from scenarios.report.cells import unit_of, value_of
-from scenarios.result import Metric, Result
-from scenarios.run import run_folder
-from scenarios.run.device import SHIPPED
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.expect import Check, ExpectationOutcome, Limit, RunVerdict, check, verdict
+from luxloop.scenarios.grading.metric_names import GRADED, METRICS
+from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
+from luxloop.scenarios.report.cells import unit_of, value_of
+from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run.device import SHIPPED
 
 SUITE_METRICS = {
     "track.hota": "HOTA",

@@ -4,26 +4,26 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.report import emergence_rows, own_rows, paper_tables
-from scenarios.report import fit_tables as printed_fits
-from scenarios.report import tables as printed
-from scenarios.report import track_tables as printed_tracks
-from scenarios.report.figure_files import FigureFile
-from scenarios.report.html.birdseye import anchors, birdseye
-from scenarios.report.html.error_figures import COVARIATES, errors_against, errors_by_class, observations
-from scenarios.report.html.fit_figures import heading_distribution
-from scenarios.report.html.frame_player import Player, near, player
-from scenarios.report.html.frame_points import frame_points
-from scenarios.report.html.page_tables import PageTable, page_table
-from scenarios.report.html.pages import render
-from scenarios.report.html.probabilities import model_probabilities
-from scenarios.report.html.reported_run import ReportedRun
-from scenarios.report.html.shown_frames import ego_poses, shown_frames
-from scenarios.report.html.svg_figure import Figure
-from scenarios.report.html.timelines import timelines
-from scenarios.report.text import STAGES
-from scenarios.report.vulnerable_table import vulnerable
-from scenarios.result import Result
+from luxloop.scenarios.report import emergence_rows, own_rows, paper_tables
+from luxloop.scenarios.report import fit_tables as printed_fits
+from luxloop.scenarios.report import tables as printed
+from luxloop.scenarios.report import track_tables as printed_tracks
+from luxloop.scenarios.report.figure_files import FigureFile
+from luxloop.scenarios.report.html.birdseye import anchors, birdseye
+from luxloop.scenarios.report.html.error_figures import COVARIATES, errors_against, errors_by_class, observations
+from luxloop.scenarios.report.html.fit_figures import heading_distribution
+from luxloop.scenarios.report.html.frame_player import Player, near, player
+from luxloop.scenarios.report.html.frame_points import frame_points
+from luxloop.scenarios.report.html.page_tables import PageTable, page_table
+from luxloop.scenarios.report.html.pages import render
+from luxloop.scenarios.report.html.probabilities import model_probabilities
+from luxloop.scenarios.report.html.reported_run import ReportedRun
+from luxloop.scenarios.report.html.shown_frames import ego_poses, shown_frames
+from luxloop.scenarios.report.html.svg_figure import Figure
+from luxloop.scenarios.report.html.timelines import timelines
+from luxloop.scenarios.report.text import STAGES
+from luxloop.scenarios.report.vulnerable_table import vulnerable
+from luxloop.scenarios.result import Result
 
 PICTURES, PICTURES_MOST = 8, 14
 """Number of bird's-eye pictures, and the largest one if many metrics failed."""

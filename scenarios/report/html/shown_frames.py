@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats
-from scenarios.grading.plane_geometry import into_frame
-from scenarios.grading.worst_frames import WorstFrame
-from scenarios.result import Result
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.plane_geometry import into_frame
+from luxloop.scenarios.grading.worst_frames import WorstFrame
+from luxloop.scenarios.result import Result
+from luxloop.sensor_model.truth import NO_ACTOR
 
 NAMES = {
     "detection": "Missed or false",

@@ -6,15 +6,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from scenarios.errors import OutputError
-from scenarios.files.expect import RunVerdict
-from scenarios.report.html.birdseye import anchors, birdseye
-from scenarios.report.html.frame_points import frame_points
-from scenarios.report.html.pages import render
-from scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun
-from scenarios.report.html.shown_frames import shown_frames
-from scenarios.report.html.svg_figure import Figure
-from scenarios.run import run_folder
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files.expect import RunVerdict
+from luxloop.scenarios.report.html.birdseye import anchors, birdseye
+from luxloop.scenarios.report.html.frame_points import frame_points
+from luxloop.scenarios.report.html.pages import render
+from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun
+from luxloop.scenarios.report.html.shown_frames import shown_frames
+from luxloop.scenarios.report.html.svg_figure import Figure
+from luxloop.scenarios.run import run_folder
 
 PICTURES: dict[RunVerdict, int] = {"failed": 2, "incomplete": 2, "passed": 1}
 """Number of pictures of a run by its verdict."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
-from scenarios.report.html import palette
+from luxloop.scenarios.report.html import palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.worst_frames import vehicle_names
-from scenarios.report.html.palette import FAINT, INK, MUTED, PAGE, RED, TEXT_SERIES
-from scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.scenarios.grading.worst_frames import vehicle_names
+from luxloop.scenarios.report.html.palette import FAINT, INK, MUTED, PAGE, RED, TEXT_SERIES
+from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.report.html.palette import TEXT_SERIES
-from scenarios.report.html.svg_figure import Figure, draw, note
-from scenarios.result import Result
-from tracker.records import MODELS
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.report.html.palette import TEXT_SERIES
+from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.scenarios.result import Result
+from luxloop.tracker.records import MODELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

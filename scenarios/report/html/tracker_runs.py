@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.errors import InputError
-from scenarios.report.html.reported_run import ReportedRun
-from scenarios.result import Result
-from scenarios.run import run_folder
-from scenarios.run.device import short_name
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.report.html.reported_run import ReportedRun
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run.device import short_name
 
 SAME_M = 1e-6
 """Tolerance of positions in the truth of two runs [m]: traffic differs by less on two types of CPU."""

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 
-from scenarios.grading.track_metric_names import BANDS
-from scenarios.report.html.page_tables import Cell, PageTable, Row
-from scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun, interval, with_unit
-from scenarios.report.track_tables import BANDED_TABLES, TABLES
-from scenarios.result import Metric
+from luxloop.scenarios.grading.track_metric_names import BANDS
+from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
+from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun, interval, with_unit
+from luxloop.scenarios.report.track_tables import BANDED_TABLES, TABLES
+from luxloop.scenarios.result import Metric
 
 LIMITED = "Expectations, with the outcome"
 NO_METRIC = Metric(None, "", 0, "the run does not have this metric")

@@ -4,17 +4,17 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from scenarios.report.html import tracker_tables
-from scenarios.report.html.birdseye import birdseye
-from scenarios.report.html.frame_player import near, player
-from scenarios.report.html.frame_points import frame_points
-from scenarios.report.html.pages import render
-from scenarios.report.html.reported_run import ReportedRun
-from scenarios.report.html.shown_frames import ShownFrame, ego_poses, shown_frames
-from scenarios.report.html.svg_figure import Figure
-from scenarios.report.html.timelines import timelines
-from scenarios.report.html.tracker_figures import heading_distributions
-from scenarios.run import run_folder
+from luxloop.scenarios.report.html import tracker_tables
+from luxloop.scenarios.report.html.birdseye import birdseye
+from luxloop.scenarios.report.html.frame_player import near, player
+from luxloop.scenarios.report.html.frame_points import frame_points
+from luxloop.scenarios.report.html.pages import render
+from luxloop.scenarios.report.html.reported_run import ReportedRun
+from luxloop.scenarios.report.html.shown_frames import ShownFrame, ego_poses, shown_frames
+from luxloop.scenarios.report.html.svg_figure import Figure
+from luxloop.scenarios.report.html.timelines import timelines
+from luxloop.scenarios.report.html.tracker_figures import heading_distributions
+from luxloop.scenarios.run import run_folder
 
 LEAST, MOST = 2, 4
 """Frames of each tracker: at least so many snapshots, at most so many frames."""

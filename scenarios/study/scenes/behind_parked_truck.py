@@ -4,7 +4,7 @@ from typing import Literal
 
 import numpy as np
 
-from scenarios.study.scenes.encounter import (
+from luxloop.scenarios.study.scenes.encounter import (
     TARGET,
     TARGET_M,
     crossing_start,
@@ -13,7 +13,7 @@ from scenarios.study.scenes.encounter import (
     require_speeds,
     straight,
 )
-from scenarios.study.scenes.scene_parts import Json, Size, road_user, wall
+from luxloop.scenarios.study.scenes.scene_parts import Json, Size, road_user, wall
 
 TRUCK_M: Size = (8.0, 2.5, 3.2)
 TRUCK_Y_M = -3.2

@@ -4,7 +4,7 @@ from typing import Literal
 
 import numpy as np
 
-from scenarios.study.scenes.scene_parts import (
+from luxloop.scenarios.study.scenes.scene_parts import (
     AFTER_S,
     BEFORE_S,
     MEMORY_S,
@@ -15,7 +15,7 @@ from scenarios.study.scenes.scene_parts import (
     car,
     motion_table,
 )
-from sim.scripted.motions import Straight
+from luxloop.sim.scripted.motions import Straight
 
 RowKind = Literal["poles", "fence", "foliage"]
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from scenarios.study.scenes.encounter import (
+from luxloop.scenarios.study.scenes.encounter import (
     LANE_M,
     TARGET,
     TARGET_M,
@@ -13,9 +13,9 @@ from scenarios.study.scenes.encounter import (
     require_speeds,
     straight,
 )
-from scenarios.study.scenes.scene_parts import Json, Size, road_user
-from sim.scripted.motions import Arc, Motion, Straight
-from sim.scripted.script import EGO_SIZE
+from luxloop.scenarios.study.scenes.scene_parts import Json, Size, road_user
+from luxloop.sim.scripted.motions import Arc, Motion, Straight
+from luxloop.sim.scripted.script import EGO_SIZE
 
 BUS_M: Size = (12.0, 2.5, 3.4)
 RADIUS_M = 12.0

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 import scipy
 
-from scenarios.study.scenes.encounter import (
+from luxloop.scenarios.study.scenes.encounter import (
     APPROACH_S,
     LANE_M,
     TARGET,
@@ -16,8 +16,8 @@ from scenarios.study.scenes.encounter import (
     require_speeds,
     straight,
 )
-from scenarios.study.scenes.scene_parts import Json, Size, road_user
-from sim.scripted.motions import LaneChange, Motion, Straight
+from luxloop.scenarios.study.scenes.scene_parts import Json, Size, road_user
+from luxloop.sim.scripted.motions import LaneChange, Motion, Straight
 
 LORRY_M: Size = (16.5, 2.55, 4.0)
 OCCLUDERS = {"lorry": "trailer-truck", "coach": "bus"}

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.study.scenes.scene_parts import CAR_M, Json, Size, motion_table
-from sim.scripted.motions import Motion, Straight
-from sim.scripted.script import EGO_SIZE
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.study.scenes.scene_parts import CAR_M, Json, Size, motion_table
+from luxloop.sim.scripted.motions import Motion, Straight
+from luxloop.sim.scripted.script import EGO_SIZE
 
 APPROACH_S = 4.0
 """[s] From the start of the run until the ego's front is at the meeting point."""

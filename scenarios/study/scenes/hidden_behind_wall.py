@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from scenarios.study.scenes.scene_parts import (
+from luxloop.scenarios.study.scenes.scene_parts import (
     AFTER_S,
     BEFORE_S,
     CAR_M,
@@ -18,8 +18,8 @@ from scenarios.study.scenes.scene_parts import (
     scene_rig,
     wall,
 )
-from scenarios.study.scenes.shadow import outline, shadows_on_line
-from sim.scripted.motions import LaneChange, Motion, Straight, state_at
+from luxloop.scenarios.study.scenes.shadow import outline, shadows_on_line
+from luxloop.sim.scripted.motions import LaneChange, Motion, Straight, state_at
 
 Manoeuvre = Literal["keeps speed", "brakes", "changes lane"]
 

@@ -1,7 +1,7 @@
 """Scene: a wall hides a moving car while a LIDAR is silent."""
 
-from scenarios.study.scenes.hidden_behind_wall import Manoeuvre, hidden_behind_wall
-from scenarios.study.scenes.scene_parts import BEFORE_S, Json, scene_rig
+from luxloop.scenarios.study.scenes.hidden_behind_wall import Manoeuvre, hidden_behind_wall
+from luxloop.scenarios.study.scenes.scene_parts import BEFORE_S, Json, scene_rig
 
 NO_OTHER_OUTAGE_S = 1e9
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scenarios.study.scenes.scene_parts import (
+from luxloop.scenarios.study.scenes.scene_parts import (
     AFTER_S,
     BEFORE_S,
     CAR_M,
@@ -15,8 +15,8 @@ from scenarios.study.scenes.scene_parts import (
     scene_rig,
     screen,
 )
-from scenarios.study.scenes.shadow import outline, screen_end, shadow_on_line
-from sim.scripted.motions import Straight
+from luxloop.scenarios.study.scenes.shadow import outline, screen_end, shadow_on_line
+from luxloop.sim.scripted.motions import Straight
 
 SLIDE_MPS = 5.0
 """[m/s] Speed of the screen relative to the ego while it arrives and leaves."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scenarios.study.scenes.scene_parts import (
+from luxloop.scenarios.study.scenes.scene_parts import (
     AFTER_S,
     BEFORE_S,
     CAR_M,
@@ -15,8 +15,8 @@ from scenarios.study.scenes.scene_parts import (
     road_user,
     scene_rig,
 )
-from scenarios.study.scenes.shadow import outline, shadow_on_line
-from sim.scripted.motions import Straight
+from luxloop.scenarios.study.scenes.shadow import outline, shadow_on_line
+from luxloop.sim.scripted.motions import Straight
 
 WIDTH_M, HEIGHT_M = 2.5, 3.2
 LENGTH_M = (6.0, 18.75)

@@ -1,6 +1,6 @@
 """Scene: a car drives out of a side street past the corner of a house."""
 
-from scenarios.study.scenes.encounter import (
+from luxloop.scenarios.study.scenes.encounter import (
     TARGET,
     TARGET_M,
     crossing_start,
@@ -9,7 +9,7 @@ from scenarios.study.scenes.encounter import (
     require_speeds,
     straight,
 )
-from scenarios.study.scenes.scene_parts import Json, road_user
+from luxloop.scenarios.study.scenes.scene_parts import Json, road_user
 
 SIDE_M = 2.5
 """[m] From the centre of the target's lane to the wall of the house."""

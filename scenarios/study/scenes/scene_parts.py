@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from sensor_model.rig.rig import Rig, load_rig
-from sim.scripted.motions import Motion
+from luxloop.scenarios.arrays import Floats
+from luxloop.sensor_model.rig.rig import Rig, load_rig
+from luxloop.sim.scripted.motions import Motion
 
 Json = dict[str, Any]
 Size = tuple[float, float, float]

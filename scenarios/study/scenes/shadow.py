@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import scipy
 
-from scenarios.arrays import Bools, Floats
-from sensor_model.rig.rig import Mount, Rig
+from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.sensor_model.rig.rig import Mount, Rig
 
 _ALONG = np.linspace(-0.5, 0.5, 11)
 _EDGE = np.full_like(_ALONG, 0.5)

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from scenarios.arrays import Floats
-from scenarios.study.scenes.scene_parts import CAR_M, Json, car, scene_rig, wall
-from scenarios.study.scenes.shadow import outline
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.study.scenes.scene_parts import CAR_M, Json, car, scene_rig, wall
+from luxloop.scenarios.study.scenes.shadow import outline
 
 STANDING_JITTER = {"jitter_m": 0.1, "jitter_deg": 2.0}
 """Random shift and rotation of the car by the seed, which varies the beams that hit it."""

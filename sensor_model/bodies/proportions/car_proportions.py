@@ -7,8 +7,8 @@ The ranges are smaller than the measured spread where rounded corners, wheels an
 
 from dataclasses import dataclass, replace
 
-from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.proportions.fitting_proportions import Bow, Glazing, MirrorBox
+from luxloop.sensor_model.bodies.proportions import Draw
+from luxloop.sensor_model.bodies.proportions.fitting_proportions import Bow, Glazing, MirrorBox
 
 
 @dataclass(frozen=True, slots=True)

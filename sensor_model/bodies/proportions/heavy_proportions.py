@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.proportions.fitting_proportions import MirrorBox
+from luxloop.sensor_model.bodies.proportions import Draw
+from luxloop.sensor_model.bodies.proportions.fitting_proportions import MirrorBox
 
 
 @dataclass(frozen=True, slots=True)

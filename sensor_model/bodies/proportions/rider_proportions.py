@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from sensor_model.bodies.proportions import Draw
+from luxloop.sensor_model.bodies.proportions import Draw
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.proportions import Draw, car_proportions, heavy_proportions, rider_proportions
-from sensor_model.bodies.shapes import car_shapes, heavy_shapes, rider_shapes
-from sensor_model.bodies.solids import Solid, Vector, box
-from sensor_model.truth import Part
-from sim.articulation import LONGEST_M, SHORTEST_M, hitch, is_articulated
-from sim.sections import is_on_rails, section_count
-from sim.world import Kind
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.proportions import Draw, car_proportions, heavy_proportions, rider_proportions
+from luxloop.sensor_model.bodies.shapes import car_shapes, heavy_shapes, rider_shapes
+from luxloop.sensor_model.bodies.solids import Solid, Vector, box
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.articulation import LONGEST_M, SHORTEST_M, hitch, is_articulated
+from luxloop.sim.sections import is_on_rails, section_count
+from luxloop.sim.world import Kind
 
 
 def plain(size: Vector) -> list[Solid]:

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.proportions.fitting_proportions import SPAN_END, SPAN_SIDE, Glazing
-from sensor_model.bodies.solids import Plane, Solid, bevel, bowed, level, moved, sides, slope, x_at
-from sensor_model.truth import Part
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.proportions.fitting_proportions import SPAN_END, SPAN_SIDE, Glazing
+from luxloop.sensor_model.bodies.solids import Plane, Solid, bevel, bowed, level, moved, sides, slope, x_at
+from luxloop.sensor_model.truth import Part
 
 _PROUD = 0.004
 """[m] Protrusion of pillars from the panes."""

@@ -5,15 +5,15 @@
 
 import math
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.proportions import Draw, car_proportions
-from sensor_model.bodies.proportions.car_proportions import CarProportions
-from sensor_model.bodies.proportions.fitting_proportions import SPAN_END, SPAN_SIDE
-from sensor_model.bodies.shapes.cabin_shapes import Cabin, greenhouse
-from sensor_model.bodies.shapes.fitting_shapes import side_mirrors
-from sensor_model.bodies.shapes.lower_body import SIDE_TANGENTS, lower_body
-from sensor_model.bodies.solids import Solid, Vector, bevel, bowed, prism
-from sensor_model.truth import Part
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.proportions import Draw, car_proportions
+from luxloop.sensor_model.bodies.proportions.car_proportions import CarProportions
+from luxloop.sensor_model.bodies.proportions.fitting_proportions import SPAN_END, SPAN_SIDE
+from luxloop.sensor_model.bodies.shapes.cabin_shapes import Cabin, greenhouse
+from luxloop.sensor_model.bodies.shapes.fitting_shapes import side_mirrors
+from luxloop.sensor_model.bodies.shapes.lower_body import SIDE_TANGENTS, lower_body
+from luxloop.sensor_model.bodies.solids import Solid, Vector, bevel, bowed, prism
+from luxloop.sensor_model.truth import Part
 
 _MIRROR_ROOT = 0.02
 """[m] Depth inside the widest line at which the mirrors' shells begin; their arms are left out."""

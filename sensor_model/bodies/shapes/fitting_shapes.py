@@ -1,8 +1,8 @@
 """Fittings shared by vehicles: wheels and side mirrors."""
 
-from sensor_model.bodies.proportions.fitting_proportions import MirrorBox
-from sensor_model.bodies.solids import HALF_FLAT, Solid, box, mirrored, moved, prism, sides
-from sensor_model.truth import Part
+from luxloop.sensor_model.bodies.proportions.fitting_proportions import MirrorBox
+from luxloop.sensor_model.bodies.solids import HALF_FLAT, Solid, box, mirrored, moved, prism, sides
+from luxloop.sensor_model.truth import Part
 
 
 def wheels(x: float, radius: float, outer: float, width: float) -> list[Solid]:

@@ -6,15 +6,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.proportions.fitting_proportions import SPAN_END, Glazing
-from sensor_model.bodies.proportions.heavy_proportions import BusProportions, TruckProportions
-from sensor_model.bodies.shapes.cabin_shapes import Cabin, greenhouse
-from sensor_model.bodies.shapes.fitting_shapes import side_mirrors, wheels
-from sensor_model.bodies.solids import Plane, Solid, Vector, bevel, bowed, box, mirrored, prism, rounded
-from sensor_model.truth import Part
-from sim.articulation import AXLE_SPACING_M, WHEELBASE_M, Hitch, hitch
-from sim.world import Kind
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.proportions.fitting_proportions import SPAN_END, Glazing
+from luxloop.sensor_model.bodies.proportions.heavy_proportions import BusProportions, TruckProportions
+from luxloop.sensor_model.bodies.shapes.cabin_shapes import Cabin, greenhouse
+from luxloop.sensor_model.bodies.shapes.fitting_shapes import side_mirrors, wheels
+from luxloop.sensor_model.bodies.solids import Plane, Solid, Vector, bevel, bowed, box, mirrored, prism, rounded
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.articulation import AXLE_SPACING_M, WHEELBASE_M, Hitch, hitch
+from luxloop.sim.world import Kind
 
 _MIRROR_ROOT = 0.03
 """[m] Depth inside the side at which the mirrors' arms begin."""

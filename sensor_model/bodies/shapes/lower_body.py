@@ -1,10 +1,10 @@
 """Cars and vans below the beltline: bowed ends and sides, hood, wheel arches and wheels."""
 
-from sensor_model.bodies.proportions.car_proportions import CarProportions
-from sensor_model.bodies.proportions.fitting_proportions import SPAN_END, SPAN_SIDE, Bow
-from sensor_model.bodies.shapes.fitting_shapes import wheels
-from sensor_model.bodies.solids import Plane, Solid, Vector, bevel, bowed, box, level, prism
-from sensor_model.truth import Part
+from luxloop.sensor_model.bodies.proportions.car_proportions import CarProportions
+from luxloop.sensor_model.bodies.proportions.fitting_proportions import SPAN_END, SPAN_SIDE, Bow
+from luxloop.sensor_model.bodies.shapes.fitting_shapes import wheels
+from luxloop.sensor_model.bodies.solids import Plane, Solid, Vector, bevel, bowed, box, level, prism
+from luxloop.sensor_model.truth import Part
 
 SIDE_TANGENTS = (-1.2, 1.2)
 """[m] Tangents of bowed sides from their middle, beside that in the middle."""

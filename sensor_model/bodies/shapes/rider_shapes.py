@@ -1,8 +1,8 @@
 """Motorcycles and bicycles with their riders, and pedestrians."""
 
-from sensor_model.bodies.proportions.rider_proportions import FigureProportions, RiderProportions
-from sensor_model.bodies.solids import HALF_FLAT, Solid, Vector, box, mirrored, prism
-from sensor_model.truth import Part
+from luxloop.sensor_model.bodies.proportions.rider_proportions import FigureProportions, RiderProportions
+from luxloop.sensor_model.bodies.solids import HALF_FLAT, Solid, Vector, box, mirrored, prism
+from luxloop.sensor_model.truth import Part
 
 _HEAD = 0.13
 """[m] Half the width of a head with helmet."""

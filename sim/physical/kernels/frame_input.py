@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from sim.arrays import Floats, Ints
-from sim.compiled import kernel
-from sim.physical.kernels.records import BodyDimensions, RawHistory
-from sim.physical.limits import CORNER, JUMP_LONGEST, JUMP_SPEED, LEAST_STEP
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.compiled import kernel
+from luxloop.sim.physical.kernels.records import BodyDimensions, RawHistory
+from luxloop.sim.physical.limits import CORNER, JUMP_LONGEST, JUMP_SPEED, LEAST_STEP
 
 
 @kernel()

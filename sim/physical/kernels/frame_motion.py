@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from sim.arrays import Floats, Ints
-from sim.compiled import kernel
-from sim.physical.kernels.path_following import advance_body, initialise_body
-from sim.physical.kernels.records import (
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.compiled import kernel
+from luxloop.sim.physical.kernels.path_following import advance_body, initialise_body
+from luxloop.sim.physical.kernels.records import (
     ACCELERATION,
     SPEED,
     TRAILER_RATE,
@@ -21,7 +21,7 @@ from sim.physical.kernels.records import (
     X,
     Y,
 )
-from sim.physical.kernels.smoothing import smooth_path, wrap_angle
+from luxloop.sim.physical.kernels.smoothing import smooth_path, wrap_angle
 
 WIDTH = 11
 """Columns of a motion: pose (3), velocity (2), acceleration (2), yaw rate, articulation, deviation (2)."""

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from sim.arrays import Floats
-from sim.compiled import kernel
-from sim.physical.kernels.records import ACCELERATION, LAG, SPEED, YAW, YAW_RATE, X, Y
-from sim.physical.kernels.rolling_body import clamp, step_body, yaw_rate_limit
-from sim.physical.limits import (
+from luxloop.sim.arrays import Floats
+from luxloop.sim.compiled import kernel
+from luxloop.sim.physical.kernels.records import ACCELERATION, LAG, SPEED, YAW, YAW_RATE, X, Y
+from luxloop.sim.physical.kernels.rolling_body import clamp, step_body, yaw_rate_limit
+from luxloop.sim.physical.limits import (
     ACCELERATION_MAX,
     AHEAD_S,
     AIM_M,

@@ -6,9 +6,9 @@ The rear axle does not slip: this is the kinematic bicycle model (Rajamani, "Veh
 
 import math
 
-from sim.arrays import Floats
-from sim.compiled import kernel
-from sim.physical.kernels.records import (
+from luxloop.sim.arrays import Floats
+from luxloop.sim.compiled import kernel
+from luxloop.sim.physical.kernels.records import (
     ACCELERATION,
     SPEED,
     YAW,
@@ -17,7 +17,7 @@ from sim.physical.kernels.records import (
     X,
     Y,
 )
-from sim.physical.limits import (
+from luxloop.sim.physical.limits import (
     ACCELERATION_MAX,
     GRIP,
     JERK,

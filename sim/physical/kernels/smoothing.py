@@ -2,8 +2,8 @@
 
 import math
 
-from sim.arrays import Floats, Ints
-from sim.compiled import kernel
+from luxloop.sim.arrays import Floats, Ints
+from luxloop.sim.compiled import kernel
 
 
 @kernel()

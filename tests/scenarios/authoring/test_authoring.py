@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from support.paths import CATALOG, NETS
 
-from scenarios.authoring.net_folder import files_beside
-from scenarios.authoring.scenario_text import scenario_text
-from scenarios.authoring.type_guesses import TypeGuesses
-from scenarios.cli import main
-from scenarios.files.scenario import Scenario
+from luxloop.scenarios.authoring.net_folder import files_beside
+from luxloop.scenarios.authoring.scenario_text import scenario_text
+from luxloop.scenarios.authoring.type_guesses import TypeGuesses
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.files.scenario import Scenario
 
 CROSSING = CATALOG / "urban/sumo-crossing"
 WIZARD = NETS / "osm-wizard"
@@ -194,7 +194,7 @@ def test_an_ego_that_a_car_hits_fails_the_limits_of_a_new_file(written, tmp_path
 
 def test_the_window_has_as_many_neighbours_as_it_says(written):
     scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60")
-    from scenarios.authoring.rehearsal import rehearse
+    from luxloop.scenarios.authoring.rehearsal import rehearse
 
     found = rehearse(scenario)
     assert f"with {found.near:.1f} vehicles in the range of grading" in choices[-1]

@@ -6,9 +6,9 @@ from functools import cache
 
 import pytest
 
-from scenarios.files import shipped
-from scenarios.files.expect import METRICS
-from scenarios.files.scenario import Scenario
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.expect import METRICS
+from luxloop.scenarios.files.scenario import Scenario
 
 PATHS = shipped.paths()
 FAMILIES = {"highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary"}

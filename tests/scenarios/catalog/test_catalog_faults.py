@@ -8,12 +8,12 @@ import pytest
 from support.scanned import ahead, load, played, row, scans
 from support.sensor_scenes import beams_of
 
-from scenarios.files.shipped import CATALOG
-from sensor_model.noise.noise_config import KINDS, NoiseConfig
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import Cause, Loss, Part
-from sim.world import Mode
+from luxloop.scenarios.files.shipped import CATALOG
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import Cause, Loss, Part
+from luxloop.sim.world import Mode
 
 REFERENCE = "fault-free"
 FAULTS = {

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import CATALOG
-from sim.highway.highway_config import HighwayTraffic
-from sim.highway.highway_source import HighwaySource
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import CATALOG
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.highway.highway_source import HighwaySource
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 FAMILY = sorted((CATALOG / "highway").glob("*.toml"))
 SOURCES = {SumoTraffic: SumoSource, HighwayTraffic: HighwaySource}

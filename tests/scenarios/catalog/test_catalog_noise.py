@@ -6,15 +6,15 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import CATALOG
-from scenarios.grading.frame_truth import FrameTruth
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import KINDS, NoiseConfig
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import Cause, Loss, View
-from sim.scripted.scripted_source import ScriptedSource
-from sim.world import Kind, Mode
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import CATALOG
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import Cause, Loss, View
+from luxloop.sim.scripted.scripted_source import ScriptedSource
+from luxloop.sim.world import Kind, Mode
 
 ON = {
     "noise-none": set(),

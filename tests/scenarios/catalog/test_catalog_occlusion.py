@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from support.scanned import ahead, load, played, row, scans
 
-from scenarios.files.shipped import CATALOG
-from scenarios.grading.plane_geometry import iou_table
-from sensor_model.truth import View
+from luxloop.scenarios.files.shipped import CATALOG
+from luxloop.scenarios.grading.plane_geometry import iou_table
+from luxloop.sensor_model.truth import View
 
 FAMILY = sorted(path.stem for path in (CATALOG / "occlusion").glob("*.toml"))
 DT_S = 0.08

@@ -5,9 +5,9 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import find
-from sim.factory import make_source
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import find
+from luxloop.sim.factory import make_source
 
 ACCELERATION_MAX = 10.0
 """[m/s2] More than full braking on a dry road (0.8 to 1 g)."""

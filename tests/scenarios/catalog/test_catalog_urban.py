@@ -12,12 +12,12 @@ import pytest
 from shapely.geometry import LineString, Polygon
 from shapely.ops import unary_union
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import paths
-from sim.highway.highway_source import HighwaySource
-from sim.scripted.scripted_source import ScriptedSource
-from sim.sumo.sumo_source import SumoSource
-from sim.world import Ego, Kind, Mode, WorldFrame
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import paths
+from luxloop.sim.highway.highway_source import HighwaySource
+from luxloop.sim.scripted.scripted_source import ScriptedSource
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.world import Ego, Kind, Mode, WorldFrame
 
 SOURCES = {"sumo": SumoSource, "highway-env": HighwaySource, "scripted": ScriptedSource}
 GRADED_M = 50.0

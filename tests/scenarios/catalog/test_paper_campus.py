@@ -5,15 +5,15 @@ from contextlib import closing
 import pandas as pd
 import pytest
 
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import paths
-from scenarios.grading.frame_truth import FrameTruth
-from scenarios.report.paper_figures import DATASET, VIEWS
-from scenarios.run import loop
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import View
-from sim.world import Kind, Mode
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import paths
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.report.paper_figures import DATASET, VIEWS
+from luxloop.scenarios.run import loop
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import View
+from luxloop.sim.world import Kind, Mode
 
 EVERY = 5
 """Stride of scanned frames: vehicles are visible for seven seconds, and neighbouring frames are similar."""

@@ -10,13 +10,13 @@ import pytest
 from support.paths import EXAMPLES
 from support.scripts import load_script
 
-from scenarios.check_tracker import sequence_checks
-from scenarios.check_tracker.check_drives import NullTracker, drives
-from scenarios.check_tracker.checks import CHECKS
-from scenarios.cli import main
-from scenarios.run.output_checks import OPTIONAL, SHAPES
-from tracker.records import MODELS, Status, Tracks
-from tracker.tracker import Tracker
+from luxloop.scenarios.check_tracker import sequence_checks
+from luxloop.scenarios.check_tracker.check_drives import NullTracker, drives
+from luxloop.scenarios.check_tracker.checks import CHECKS
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.run.output_checks import OPTIONAL, SHAPES
+from luxloop.tracker.records import MODELS, Status, Tracks
+from luxloop.tracker.tracker import Tracker
 
 my_tracker = load_script(EXAMPLES / "my_tracker.py")
 PatchTracker = my_tracker.PatchTracker

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from scenarios.cli import main
-from scenarios.files import shipped
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.files import shipped
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def complete(words):
     environment = os.environ | {
         "_LUXLOOP_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1),
     }  # fmt: skip
-    command = [sys.executable, "-m", "scenarios"]
+    command = [sys.executable, "-m", "luxloop"]
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
 
 

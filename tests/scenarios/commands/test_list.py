@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.cli import main
-from scenarios.files import shipped
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.files import shipped
 
 
 def listed(capfd, *arguments):

@@ -4,7 +4,7 @@ from typing import get_type_hints
 
 import pytest
 
-from scenarios.cli import app, main
+from luxloop.scenarios.cli import app, main
 
 
 def number_options():

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.execute import default_folder, file_name
-from scenarios.files.scenario import Scenario
-from scenarios.report.html.reported_run import ReportedRun
-from scenarios.run import run_folder
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.execute import default_folder, file_name
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.report.html.reported_run import ReportedRun
+from luxloop.scenarios.run import run_folder
 
 
 @pytest.fixture(autouse=True)
@@ -40,7 +40,7 @@ def test_set_key_is_in_the_configuration_the_folder_and_the_command_of_the_run(c
 
 def test_scans_of_a_run_with_set_keys_are_graded_again(capfd):
     assert run("--set", "noise.ideal=true", "--record-scans", "--out", "here") == 0
-    assert main(["grade", "here", "--tracker", "tracker.tracker:Tracker", "--json"]) == 0
+    assert main(["grade", "here", "--tracker", "luxloop.tracker.tracker:Tracker", "--json"]) == 0
     out = capfd.readouterr().out.splitlines()[-1]
     assert (
         json.loads(out)["metrics"]["track.hota"]["value"] == run_folder.read(Path("here")).metrics["track.hota"].value
@@ -86,7 +86,7 @@ def test_seeds_have_a_folder_each_and_a_table_of_means_and_spreads(capfd):
 
 
 BROKEN_AT_SEED_2 = """\
-from tracker.tracker import Tracker as Shipped
+from luxloop.tracker.tracker import Tracker as Shipped
 
 made = 0
 
@@ -162,7 +162,7 @@ def test_default_folders_of_different_runs_are_different():
         "short-seed4-my",
         "short-seed4-noise.ideal=true",
     ]
-    assert default_folder(scenario, [], "tracker.tracker:Tracker").name == "short-seed4"
+    assert default_folder(scenario, [], "luxloop.tracker.tracker:Tracker").name == "short-seed4"
 
 
 def test_part_of_a_file_name_is_short_without_separators_and_unique():

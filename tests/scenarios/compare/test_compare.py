@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from support import recorded, short_run
 
-from scenarios.compare.compared_metrics import COMPARED_METRICS
-from scenarios.compare.comparison import compare, judge
-from scenarios.compare.digest import Expectation, digest
-from scenarios.compare.resampling import Difference, differences
-from scenarios.compare.run_pairs import pair
-from scenarios.compare.sides import Side
-from scenarios.compare.vehicle_sums import COLUMNS, SUMS
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
+from luxloop.scenarios.compare.comparison import compare, judge
+from luxloop.scenarios.compare.digest import Expectation, digest
+from luxloop.scenarios.compare.resampling import Difference, differences
+from luxloop.scenarios.compare.run_pairs import pair
+from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
 
 FLAGGED = ("better", "worse", "lost")
 METRIC = {metric.name: metric for metric in COMPARED_METRICS}

@@ -10,16 +10,16 @@ import pytest
 from support import recorded, short_run
 from support.paths import DOCS
 
-from scenarios.cli import main
-from scenarios.compare import baseline_file, sides
-from scenarios.compare.compared_metrics import COMPARED_METRICS
-from scenarios.compare.run_pairs import pair
-from scenarios.compare.truth_sums import TRUTH
-from scenarios.compare.vehicle_sums import SUMS
-from scenarios.errors import InputError, OutputError
-from scenarios.files.expect import Limit, check
-from scenarios.result import Metric
-from scenarios.run import run_folder
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.compare import baseline_file, sides
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
+from luxloop.scenarios.compare.run_pairs import pair
+from luxloop.scenarios.compare.truth_sums import TRUTH
+from luxloop.scenarios.compare.vehicle_sums import SUMS
+from luxloop.scenarios.errors import InputError, OutputError
+from luxloop.scenarios.files.expect import Limit, check
+from luxloop.scenarios.result import Metric
+from luxloop.scenarios.run import run_folder
 
 DEMANDING = {"track.hota": {"max": 0.0}}
 
@@ -302,7 +302,7 @@ def test_baseline_does_not_depend_on_times(tmp_path):
 
 BLIND = """\
 from dataclasses import fields, replace
-from tracker.tracker import Tracker as Shipped
+from luxloop.tracker.tracker import Tracker as Shipped
 
 
 class Tracker(Shipped):
@@ -323,7 +323,7 @@ def real_runs(tmp_path_factory):
     (folder / "blind.py").write_text(BLIND)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(folder)
-        for name, tracker in {"base": "tracker.tracker:Tracker", "head": "blind:Tracker"}.items():
+        for name, tracker in {"base": "luxloop.tracker.tracker:Tracker", "head": "blind:Tracker"}.items():
             out = folder / name / "short"
             main(["run", str(scenario), "--out", str(out), "--no-recording", "--tracker", tracker])
     return folder

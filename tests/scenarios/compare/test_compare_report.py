@@ -8,16 +8,16 @@ import pytest
 from support import browser
 from support.paths import ROOT
 
-from scenarios.cli import main
-from scenarios.compare import baseline_file
-from scenarios.compare.comparison import compare
-from scenarios.compare.comparison_markdown import code, markdown, plain
-from scenarios.compare.comparison_page import comparison_page
-from scenarios.compare.comparison_summary import INTERVALS, number
-from scenarios.compare.digest import Expectation, Key
-from scenarios.compare.run_pairs import pair
-from scenarios.compare.sides import Side
-from scenarios.compare.vehicle_sums import SUMS
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.compare import baseline_file
+from luxloop.scenarios.compare.comparison import compare
+from luxloop.scenarios.compare.comparison_markdown import code, markdown, plain
+from luxloop.scenarios.compare.comparison_page import comparison_page
+from luxloop.scenarios.compare.comparison_summary import INTERVALS, number
+from luxloop.scenarios.compare.digest import Expectation, Key
+from luxloop.scenarios.compare.run_pairs import pair
+from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.compare.vehicle_sums import SUMS
 
 CATALOG = ROOT / "scenarios" / "baseline" / "catalog.jsonl"
 HOSTILE = "a|b`c_<script>alert(1)</script>"

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 from support import recorded
 from support.sequences import random_sequence
 
-from scenarios.compare.compared_metrics import COMPARED_METRICS
-from scenarios.compare.truth_sums import TRUTH
-from scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
-from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
-from scenarios.grading.tracking_sequence import tracking_sequence
-from sensor_model.truth import NO_ACTOR
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
+from luxloop.scenarios.compare.truth_sums import TRUTH
+from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
+from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
+from luxloop.scenarios.grading.tracking_sequence import tracking_sequence
+from luxloop.sensor_model.truth import NO_ACTOR
 
 LIMIT = {"THRESHOLD": 0.5, "PRINT_CONFIG": False}
 RATES = {

@@ -10,12 +10,12 @@ import pytest
 from support import recorded
 from support.paths import ROOT
 
-from scenarios.cli import main
-from scenarios.compare import sides
-from scenarios.compare.comparison import compare
-from scenarios.compare.digest import digest
-from scenarios.compare.run_pairs import pair
-from scenarios.compare.truth_sums import TRUTH, close, counterparts
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.compare import sides
+from luxloop.scenarios.compare.comparison import compare
+from luxloop.scenarios.compare.digest import digest
+from luxloop.scenarios.compare.run_pairs import pair
+from luxloop.scenarios.compare.truth_sums import TRUTH, close, counterparts
 
 OTHER_CPU = {
     "OPENBLAS_CORETYPE": "Nehalem",
@@ -26,7 +26,7 @@ OTHER_CPU = {
 
 
 def run_ring(out, environment):
-    command = [sys.executable, "-m", "scenarios", "run", "ring", "--duration", "2", "--no-recording", "--out", str(out)]
+    command = [sys.executable, "-m", "luxloop", "run", "ring", "--duration", "2", "--no-recording", "--out", str(out)]
     subprocess.run(command, env={**os.environ, **environment}, cwd=ROOT, check=False, stdout=subprocess.DEVNULL)
 
 
@@ -86,7 +86,7 @@ def test_planted_loss_of_two_percent_is_found_against_a_baseline_of_another_cpu(
 def test_weights_of_the_truth_layer_are_the_same_bits():
     """A last bit of them became 0.3 mm in the path of a motorcycle, since the truth layer decides by limits."""
     program = (
-        "from sim.physical.spline import acceleration_weights, velocity_weights\n"
+        "from luxloop.sim.physical.spline import acceleration_weights, velocity_weights\n"
         "for half in range(1, 12):\n"
         "    for dt in (0.02, 0.04, 0.08, 0.1):\n"
         "        print(velocity_weights(half, dt).tobytes().hex(), acceleration_weights(half, dt).tobytes().hex())"

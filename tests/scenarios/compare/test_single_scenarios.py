@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from support import recorded
 
-from scenarios.compare.compared_metrics import COMPARED_METRICS
-from scenarios.compare.comparison import compare
-from scenarios.compare.digest import Key
-from scenarios.compare.exchanges import LossTest, loss_test
-from scenarios.compare.run_pairs import pair
-from scenarios.compare.sides import Side
-from scenarios.compare.single_scenarios import candidates
-from scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
+from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
+from luxloop.scenarios.compare.comparison import compare
+from luxloop.scenarios.compare.digest import Key
+from luxloop.scenarios.compare.exchanges import LossTest, loss_test
+from luxloop.scenarios.compare.run_pairs import pair
+from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.compare.single_scenarios import candidates
+from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
 
 METRIC = next(metric for metric in COMPARED_METRICS if metric.name == "fit.best.heading_abs_mean_deg")
 SCENARIOS = 49

@@ -9,14 +9,14 @@ import pytest
 from support import browser
 from support.paths import ROOT
 
-from scenarios.cli import main
-from scenarios.compare import baseline_file
-from scenarios.compare.sides import Side
-from scenarios.compare.trend_figures import small_line
-from scenarios.compare.trend_values import KEY_METRICS, labels, trends
-from scenarios.compare.trends_page import trends_page
-from scenarios.compare.vehicle_sums import SUMS
-from scenarios.errors import InputError
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.compare import baseline_file
+from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.compare.trend_figures import small_line
+from luxloop.scenarios.compare.trend_values import KEY_METRICS, labels, trends
+from luxloop.scenarios.compare.trends_page import trends_page
+from luxloop.scenarios.compare.vehicle_sums import SUMS
+from luxloop.scenarios.errors import InputError
 
 CATALOG = ROOT / "scenarios" / "baseline" / "catalog.jsonl"
 FIT = [metric.name for metric in KEY_METRICS].index("fit.best.heading_abs_mean_deg")

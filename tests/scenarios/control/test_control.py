@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.frames import DT, Body, Estimate, observe, tracks_of, world_frame
 
-from scenarios.control.control_config import CruiseConfig
-from scenarios.control.corridor import LeadVehicle, find_lead, nearest_in_corridor, to_path_frame
-from scenarios.control.cruise import CruiseController, idm_acceleration
-from scenarios.control.safety import NEVER_CLOSING, NO_CONTROL, NO_FRAME, NO_LEAD, SafetyLog, grade
-from scenarios.control.surroundings import Surroundings, TrackedSurroundings, true_surroundings
-from scenarios.grading.metric_names import CONTROL
-from sim.world import Kind
-from tracker.records import Status
+from luxloop.scenarios.control.control_config import CruiseConfig
+from luxloop.scenarios.control.corridor import LeadVehicle, find_lead, nearest_in_corridor, to_path_frame
+from luxloop.scenarios.control.cruise import CruiseController, idm_acceleration
+from luxloop.scenarios.control.safety import NEVER_CLOSING, NO_CONTROL, NO_FRAME, NO_LEAD, SafetyLog, grade
+from luxloop.scenarios.control.surroundings import Surroundings, TrackedSurroundings, true_surroundings
+from luxloop.scenarios.grading.metric_names import CONTROL
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import Status
 
 # Published values for a motorway: 120 km/h, 1.6 s, 2 m, 0.73 and 1.67 m/s^2.
 PUBLISHED = CruiseConfig("cruise", 120 / 3.6, 1.6, 2.0, 0.73, 1.67)

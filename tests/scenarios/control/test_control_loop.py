@@ -5,14 +5,14 @@ import pytest
 from support import short_run
 from support.frames import tracks_of
 
-from scenarios.control.ego_driver import drive_by_truth
-from scenarios.control.safety import NO_CONTROL
-from scenarios.errors import ScenarioError
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.grading.metric_names import CONTROL
-from scenarios.run import device, loop
-from sim.source import SimulatorFailedError
+from luxloop.scenarios.control.ego_driver import drive_by_truth
+from luxloop.scenarios.control.safety import NO_CONTROL
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.metric_names import CONTROL
+from luxloop.scenarios.run import device, loop
+from luxloop.sim.source import SimulatorFailedError
 
 CRUISE = shipped.CATALOG / "highway" / "cruise-on-tracks.toml"
 

@@ -10,17 +10,17 @@ import pyarrow.parquet as pq
 import pytest
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.dataset import obstacle_table
-from scenarios.dataset import writer as dataset
-from scenarios.dataset.dataset_columns import FILES, OBSTACLES
-from scenarios.errors import OutputError
-from scenarios.files.scenario import Scenario
-from scenarios.grading.plane_geometry import CORNER_SIGNS, corner
-from scenarios.run import device, loop
-from sensor_model.truth import Cause, Part, View
-from sim.world import Kind, Mode, Obstacles
-from tracker.records import MODELS
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.dataset import obstacle_table
+from luxloop.scenarios.dataset import writer as dataset
+from luxloop.scenarios.dataset.dataset_columns import FILES, OBSTACLES
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.plane_geometry import CORNER_SIGNS, corner
+from luxloop.scenarios.run import device, loop
+from luxloop.sensor_model.truth import Cause, Part, View
+from luxloop.sim.world import Kind, Mode, Obstacles
+from luxloop.tracker.records import MODELS
 
 GROUP_FRAMES = 4
 """Frames per row group; the last group has two of the ten frames."""

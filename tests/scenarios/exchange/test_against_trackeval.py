@@ -10,7 +10,7 @@ from shapely.geometry import box as rectangle
 from support import box_files
 from trackeval.metrics import CLEAR, HOTA, Identity
 
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 
 SEEDS = range(6)
 FIELDS = {

@@ -8,9 +8,9 @@ import pytest
 from support import box_files
 from support.box_files import Box
 
-from scenarios.cli import main
-from scenarios.exchange import kitti_labels, nuscenes_results, nuscenes_tables
-from scenarios.exchange.file_formats import HEAD_BYTES, read, recognise
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.exchange import kitti_labels, nuscenes_results, nuscenes_tables
+from luxloop.scenarios.exchange.file_formats import HEAD_BYTES, read, recognise
 
 KITTI_LINE = "0 7 Car 0 0 -1.57 599.4 156.4 629.8 189.3 1.50 1.60 3.80 -2.0 1.65 12.0 0.00"
 """A line in the layout of `label_02`: a car 12 m ahead and 2 m to the left, that faces to the right."""

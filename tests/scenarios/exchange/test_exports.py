@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.exchange import kitti_labels, nuscenes_tables
-from scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.exchange import kitti_labels, nuscenes_tables
+from luxloop.scenarios.offline.recorded_run import RecordedRun
 
 MOVING = 'ego = { motion = [{ kind = "arc", speed_mps = 3.0, radius_m = 12.0 }] }'
 SCENE = short_run.TEXT.replace('kind = "scripted"', f'kind = "scripted"\n{MOVING}')

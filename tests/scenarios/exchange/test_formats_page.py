@@ -7,11 +7,11 @@ import pytest
 from mcap.reader import make_reader
 from support.paths import ROOT
 
-from scenarios.cli import main
-from scenarios.commands.export import FORMATS as EXPORTS
-from scenarios.exchange.box_metric_names import DEFINITIONS
-from scenarios.exchange.file_formats import FORMATS
-from scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.commands.export import FORMATS as EXPORTS
+from luxloop.scenarios.exchange.box_metric_names import DEFINITIONS
+from luxloop.scenarios.exchange.file_formats import FORMATS
+from luxloop.scenarios.offline.recorded_run import RecordedRun
 
 PAGE = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
 FOLDERS = {"KITTI": "kitti", "nuScenes": "scene", "T4": "t4", "LUX": "lux"}

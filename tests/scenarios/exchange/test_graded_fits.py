@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support import box_files, exported_run
 
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 
 HEAD = "x_m,y_m,heading_rad,length_m,width_m"
 TRUTH = f"frame,id,{HEAD}\n0,a,10,5,0,4,2\n0,b,30,5,0,4,2\n1,a,10,5,0,4,2\n"

@@ -8,14 +8,14 @@ import pytest
 from support import exported_run, short_run
 from support.paths import ROOT
 
-from scenarios.cli import main
-from scenarios.grading.plane_geometry import into_frame
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.formats import lux_fused_scan, lux_object_list
-from sensor_model.formats.lux_scan_message import encode
-from sensor_model.formats.lux_scan_points import points_unit, scan_messages
-from sensor_model.formats.lux_scan_stream import read_framed, read_stream, stream_bytes
-from sensor_model.rig.beams import unit_table
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.grading.plane_geometry import into_frame
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.formats import lux_fused_scan, lux_object_list
+from luxloop.sensor_model.formats.lux_scan_message import encode
+from luxloop.sensor_model.formats.lux_scan_points import points_unit, scan_messages
+from luxloop.sensor_model.formats.lux_scan_stream import read_framed, read_stream, stream_bytes
+from luxloop.sensor_model.rig.beams import unit_table
 
 NTP_1970_S = 2_208_988_800
 

@@ -11,13 +11,13 @@ import pandas as pd
 import pytest
 from support import exported_run, short_run
 
-from scenarios.cli import main
-from scenarios.errors import TracksError
-from scenarios.exchange import file_formats
-from scenarios.exchange.osi import object_types, trace_boxes
-from scenarios.grading.plane_geometry import into_frame
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.rig.beams import unit_table
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange import file_formats
+from luxloop.scenarios.exchange.osi import object_types, trace_boxes
+from luxloop.scenarios.grading.plane_geometry import into_frame
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.rig.beams import unit_table
 
 OSI3 = Path(sys.prefix) / "osi3"
 """Folder of osi-python, apart: commonroad-io and osi-python need different versions of protobuf."""

@@ -7,10 +7,10 @@ import pytest
 from support import box_files, devkit_averages
 from support.box_files import Box
 
-from scenarios.cli import main
-from scenarios.exchange.distance_matching import DistanceStep, count, match_frames
-from scenarios.exchange.recall_average import RECALLS, WORST_MOTP_M, average, recall_curve
-from scenarios.grading.tracking_scores import TrackingScores
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.exchange.distance_matching import DistanceStep, count, match_frames
+from luxloop.scenarios.exchange.recall_average import RECALLS, WORST_MOTP_M, average, recall_curve
+from luxloop.scenarios.grading.tracking_scores import TrackingScores
 
 FIGURE_1 = {
     "A": (range(50), 0.50, 0.50, 0.50, 0.50, 0.67),

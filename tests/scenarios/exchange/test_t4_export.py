@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from support import exported_run
 
-from scenarios.cli import main
-from scenarios.exchange import nuscenes_tables
-from scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.exchange import nuscenes_tables
+from luxloop.scenarios.offline.recorded_run import RecordedRun
 
 FIELDS = {
     "attribute": {"token": str, "name": str, "description": str},

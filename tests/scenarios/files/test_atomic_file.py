@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from scenarios.files import atomic_file
+from luxloop.scenarios.files import atomic_file
 
 
 def test_the_file_is_replaced_at_the_end_only(tmp_path):
@@ -36,7 +36,7 @@ def test_an_error_keeps_the_earlier_file_and_leaves_no_other(tmp_path):
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from scenarios.files import atomic_file
+from luxloop.scenarios.files import atomic_file
 with atomic_file.create(Path(sys.argv[1])) as temporary:
     temporary.write_text("half")
     os.kill(os.getpid(), signal.SIGKILL)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.files import atomic_file, atomic_folder
+from luxloop.scenarios.files import atomic_file, atomic_folder
 
 FILES = set(map(str, Path(atomic_file.__file__).parent.glob("*.py")))
 

@@ -6,12 +6,12 @@ import pytest
 from support import short_run
 from support.paths import CATALOG
 
-from scenarios.files import shipped
-from scenarios.files.expect import SHIPPED, Check, Limit, check, verdict
-from scenarios.files.known_failure import figure_of, tolerance, worst_values
-from scenarios.files.scenario import Scenario
-from scenarios.result import Metric
-from scenarios.run import device
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.expect import SHIPPED, Check, Limit, check, verdict
+from luxloop.scenarios.files.known_failure import figure_of, tolerance, worst_values
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.result import Metric
+from luxloop.scenarios.run import device
 
 DEG, COUNT, SHARE = "deg", "count", "1"
 

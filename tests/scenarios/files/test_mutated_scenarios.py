@@ -10,9 +10,9 @@ import pytest
 from support import mutants, short_run
 from support.paths import ROOT
 
-from scenarios.cli import main
-from scenarios.files.expect import RunVerdict
-from scenarios.run import run_folder
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.files.expect import RunVerdict
+from luxloop.scenarios.run import run_folder
 
 TIMEOUT_S = 60.0
 """Timeout, far above the second that two frames take, for busy machines and compilation."""

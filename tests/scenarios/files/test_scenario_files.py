@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from support.paths import ROOT
 
-from scenarios.errors import ScenarioError
-from scenarios.files import shipped
-from scenarios.files.scenario import DEFAULT_SEED, Scenario, schema_text
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import DEFAULT_SEED, Scenario, schema_text
 
 SCHEMA = ROOT / "scenarios" / "schema" / "scenario.schema.json"
 

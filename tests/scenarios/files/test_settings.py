@@ -3,9 +3,9 @@
 import pytest
 from support import short_run
 
-from scenarios.errors import ScenarioError
-from scenarios.files.scenario import Scenario
-from scenarios.files.settings import applied, parse
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.settings import applied, parse
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,11 @@ from support import short_run
 from support.paths import ROOT
 from support.scripts import load_script
 
-from scenarios.grading.metric_names import POINT_BANDS
-from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
-from scenarios.run import run_folder
-from scenarios.statistics.confidence import FEWEST_CLUSTERS
-from tracker.records import METHODS
+from luxloop.scenarios.grading.metric_names import POINT_BANDS
+from luxloop.scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.statistics.confidence import FEWEST_CLUSTERS
+from luxloop.tracker.records import METHODS
 
 candidates = load_script(ROOT / "docs" / "candidates.py")
 

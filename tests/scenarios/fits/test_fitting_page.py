@@ -10,9 +10,9 @@ from fits.simulated_cases import worst_cases
 from support import short_run
 from support.paths import DOCS
 
-from scenarios.cli import main
-from scenarios.errors import OutputError
-from tracker.records import METHODS, Candidates
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import OutputError
+from luxloop.tracker.records import METHODS, Candidates
 
 
 def test_the_page_has_the_parts_that_are_written():
@@ -61,7 +61,7 @@ def recorded(tmp_path_factory):
 
 
 def test_the_worst_fits_of_a_run_are_drawn(recorded, tmp_path):
-    from scenarios.run import run_folder
+    from luxloop.scenarios.run import run_folder
 
     fits = run_folder.read(recorded).tables["fits"]
     best = fits[fits["best"]]

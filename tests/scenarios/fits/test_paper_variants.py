@@ -12,7 +12,7 @@ from support.scripts import load_script
 from variants import tables
 from variants.pooled import pooled
 
-from scenarios.run import run_folder
+from luxloop.scenarios.run import run_folder
 
 script = load_script(ROOT / "docs" / "paper_variants.py")
 PAGE = DOCS / "paper.md"

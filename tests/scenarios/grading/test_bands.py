@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.bands import range_bands
+from luxloop.scenarios.grading.bands import range_bands
 
 
 def test_ends_of_bands_belong_to_the_next_one():

@@ -3,8 +3,8 @@
 import pytest
 from support.frames import DT, Body, Estimate, Scripted, follow, grade_run
 
-from sim.world import Kind
-from tracker.records import Status
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import Status
 
 FRAMES = 10
 CAR = Body(0, 10.0, 5.0)

@@ -5,9 +5,9 @@ import math
 import pytest
 from support.frames import DT, Body, Estimate, Scripted, drive, follow, grade_run
 
-from scenarios.grading.grading_config import GradingConfig
-from sim.world import Kind
-from tracker.records import Status
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import Status
 
 NAMED = GradingConfig(target="car1")
 ON = {"points": 20}

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from support.frames import CAR_SIZE, Body, Scripted, grade_run, observe, trace_of, world_frame
 
-from scenarios.grading.body_points import Ranging
-from scenarios.grading.grader import Grader
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.metric_names import GRADED
-from sensor_model.truth import Cause, View
-from tracker.records import METHODS
+from luxloop.scenarios.grading.body_points import Ranging
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.metric_names import GRADED
+from luxloop.sensor_model.truth import Cause, View
+from luxloop.tracker.records import METHODS
 
 EXACT = (0.0,) * (len(METHODS) - 1)
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.frames import Body, Estimate, Scripted, follow, grade_run
 
-from scenarios.grading import gospa
-from scenarios.grading.grading_config import GradingConfig
-from sensor_model.truth import View
-from sim.world import Kind
+from luxloop.scenarios.grading import gospa
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sensor_model.truth import View
+from luxloop.sim.world import Kind
 
 
 def at(points, frame=0):

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.frames import DT, Body, Estimate, Scripted, follow, grade_run
 
-from scenarios.grading.articulated import parts, section_boxes
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.plane_geometry import CORNER_SIGNS, corner
-from sim.world import JOINTS, Kind
+from luxloop.scenarios.grading.articulated import parts, section_boxes
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.plane_geometry import CORNER_SIGNS, corner
+from luxloop.sim.world import JOINTS, Kind
 
 SIZE = (16.5, 2.55, 4.0)
 LORRY = Body(0, 0.0, 15.0, kind=Kind.TRAILER_TRUCK, size=SIZE)

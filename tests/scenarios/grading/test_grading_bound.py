@@ -13,19 +13,19 @@ from support import naive_grading as naive
 from support import short_run
 from support.frames import CAR_SIZE, Body, Scripted, observe, trace_of, world_frame
 
-from scenarios.grading import body_points
-from scenarios.grading.body_points import Ranging
-from scenarios.grading.bound import BOW_SHARE, BOW_STD_M, CORNER_RADIUS_M, bound, observed, on_faces
-from scenarios.grading.frame_truth import FrameTruth
-from scenarios.grading.grader import Grader
-from scenarios.grading.grading_config import GradingConfig
-from sensor_model.bodies.proportions import Draw, car_proportions, heavy_proportions
-from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.noise.range_error import RangeNoise
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import Cause
-from sim.world import Kind
-from tracker.records import METHODS
+from luxloop.scenarios.grading import body_points
+from luxloop.scenarios.grading.body_points import Ranging
+from luxloop.scenarios.grading.bound import BOW_SHARE, BOW_STD_M, CORNER_RADIUS_M, bound, observed, on_faces
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sensor_model.bodies.proportions import Draw, car_proportions, heavy_proportions
+from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.noise.range_error import RangeNoise
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import Cause
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import METHODS
 
 SIGMA = 0.025
 RANGING = Ranging(origin_ego=np.array([[1.0, 0.5, 0.6], [-1.5, -0.4, 0.8]]), sigma=np.full(2, SIGMA))

@@ -3,7 +3,7 @@
 import pytest
 from support.frames import Body, Scripted, grade_run
 
-from sensor_model.truth import View
+from luxloop.sensor_model.truth import View
 
 SCENE = [
     [Body(0, 12.0, 4.0), Body(1, 20.0, -4.0, view=View.REAR), Body(2, 25.0, 9.0, points=9)],

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from support.frames import Body, Scripted, grade_run, observe, trace_of, world_frame
 
-from scenarios.grading.fit_errors import measure
-from scenarios.grading.grader import Grader
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.metric_names import GRADED
-from sensor_model.truth import NO_ACTOR, Cause, View
-from tracker.records import BASELINES, METHODS
+from luxloop.scenarios.grading.fit_errors import measure
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.metric_names import GRADED
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, View
+from luxloop.tracker.records import BASELINES, METHODS
 
 EGO = ((20.0, -10.0, 0.7), (0.0, 0.0, 0.0))
 

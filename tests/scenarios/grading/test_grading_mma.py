@@ -6,10 +6,10 @@ import pandas as pd
 import pytest
 from support.frames import Body, Scripted, drive, follow, grade_run
 
-from scenarios.grading.mma_metrics import band, mahalanobis_squared
-from scenarios.grading.mode_metrics import switch_latencies
-from sim.world import Mode
-from tracker.records import MODELS, Status
+from luxloop.scenarios.grading.mma_metrics import band, mahalanobis_squared
+from luxloop.scenarios.grading.mode_metrics import switch_latencies
+from luxloop.sim.world import Mode
+from luxloop.tracker.records import MODELS, Status
 
 
 def one_car(frames=10, speed=5.0, yaw=0.6):

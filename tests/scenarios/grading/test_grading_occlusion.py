@@ -1,8 +1,8 @@
 import pytest
 from support.frames import DT, Body, Scripted, follow, grade_run
 
-from scenarios.grading.grading_config import GradingConfig
-from sim.world import Kind
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.sim.world import Kind
 
 
 def survival(visible, track_ids, config=None, points=None, name="occlusion_survival", **body):

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 from support import naive_grading as naive
 from support.frames import Body, Scripted, observe, trace_of, world_frame
 
-from scenarios.grading.grader import Grader
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
-from sensor_model.truth import NO_ACTOR, Cause
-from sim.world import Kind
-from tracker.records import Segments
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
+from luxloop.sensor_model.truth import NO_ACTOR, Cause
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import Segments
 
 CARS = [Body(0, 30.0, 0.0), Body(1, 30.0, 8.0)]
 """Two cars of twenty points each: points 0 to 19 and 20 to 39 of the scan."""

@@ -10,12 +10,12 @@ from support import naive_grading as naive
 from support.frames import Body, Estimate, Scripted, drive, follow, grade_run
 from support.stub_trackers import Perfect
 
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.matching import TrackMatcher
-from scenarios.grading.metric_names import GRADED
-from scenarios.grading.plane_geometry import iou_table
-from sim.world import Kind
-from tracker.records import Status
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.matching import TrackMatcher
+from luxloop.scenarios.grading.metric_names import GRADED
+from luxloop.scenarios.grading.plane_geometry import iou_table
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import Status
 
 FRAMES = 10
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support.frames import Body, Scripted, follow, grade_run
 from support.sequences import random_sequence
 
-from scenarios.grading.id_switches import clear_hits, id_switches
+from luxloop.scenarios.grading.id_switches import clear_hits, id_switches
 
 VISIBLE = 1.0
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.remission import PLACEBO, REACHED, TREATED
 
-from scenarios.grading import kaplan_meier
+from luxloop.scenarios.grading import kaplan_meier
 
 
 def test_it_equals_the_published_estimate():

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scenarios.grading.meeting_point import EgoPath
+from luxloop.scenarios.grading.meeting_point import EgoPath
 
 TIME_S = np.arange(60) * 0.1
 

@@ -5,10 +5,10 @@ import sys
 import numpy as np
 import pytest
 
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.metric_definition import Definition, register
-from scenarios.grading.metric_names import METRICS
-from scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.metric_definition import Definition, register
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
 
 # Names that users' scenario files, reports and CI depend on.
 STABLE_NAMES = [
@@ -61,7 +61,7 @@ def test_duplicate_names_are_refused():
 
 def test_metric_names_import_neither_pandas_nor_trackeval():
     code = (
-        "import sys, scenarios.grading.metric_names, scenarios.grading.grading_config;"
+        "import sys, luxloop.scenarios.grading.metric_names, luxloop.scenarios.grading.grading_config;"
         "slow = {'pandas', 'trackeval', 'scipy', 'shapely'} & set(sys.modules); assert not slow, slow"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

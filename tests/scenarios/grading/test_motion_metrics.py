@@ -5,8 +5,8 @@ import math
 import pytest
 from support.frames import Body, Scripted, follow, grade_run
 
-from sensor_model.truth import View
-from sim.world import Kind, Mode
+from luxloop.sensor_model.truth import View
+from luxloop.sim.world import Kind, Mode
 
 MOVING = Body(0, 10.0, 5.0, 0.0, 10.0)
 PARKED = Body(1, 20.0, -5.0)

@@ -7,14 +7,14 @@ import pandas as pd
 import pytest
 from support.frames import DT, Body, Scripted, follow, grade_run
 
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.manoeuvre import manoeuvre
-from scenarios.grading.occlusion_table import COLUMNS, STATIC, occlusion_table
-from scenarios.run import device, loop
-from scenarios.run.device import SHIPPED
-from sim.world import Kind
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.manoeuvre import manoeuvre
+from luxloop.scenarios.grading.occlusion_table import COLUMNS, STATIC, occlusion_table
+from luxloop.scenarios.run import device, loop
+from luxloop.scenarios.run.device import SHIPPED
+from luxloop.sim.world import Kind
 
 HIDDEN = range(5, 15)
 TABLES = ("truth", "tracks")
@@ -111,7 +111,7 @@ def test_the_sensor_s_truth_names_the_blocker_of_a_staged_scene(name, blocker, k
 
 
 def test_a_wall_is_a_static_obstacle():
-    from scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
+    from luxloop.scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
 
     document = hidden_behind_wall(1.0, 10.0, "brakes") | {"seed": 1}
     result = loop.run(Scenario.of(document, shipped.CATALOG / "wall.toml"), device.load(SHIPPED))

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from support import naive_grading as naive
 from support.frames import compose, express
 
-from scenarios.grading.plane_geometry import (
+from luxloop.scenarios.grading.plane_geometry import (
     CORNER_SIGNS,
     QUARTER,
     corner,

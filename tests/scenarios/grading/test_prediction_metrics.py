@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from support.frames import DT, Body, Scripted, drive, follow, grade_run, tracks_of
 
-from scenarios.grading import frame_badness, prediction_metrics
-from scenarios.grading.metric_names import HORIZONS
-from sim.world import Mode
-from tracker.records import MODELS, PREDICTION_S
+from luxloop.scenarios.grading import frame_badness, prediction_metrics
+from luxloop.scenarios.grading.metric_names import HORIZONS
+from luxloop.sim.world import Mode
+from luxloop.tracker.records import MODELS, PREDICTION_S
 
 SPEED = 5.0
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.frames import Body, Estimate, Scripted, follow, grade_run
 
-from scenarios.statistics.jackknife import SHARE, jackknife_interval
+from luxloop.scenarios.statistics.jackknife import SHARE, jackknife_interval
 
 FRAMES = 8
 CARS = [Body(i, 4.0 * i, 8.0, yaw=1.57) for i in range(4)]

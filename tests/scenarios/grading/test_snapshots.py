@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from support import short_run
 
-from scenarios.grading.snapshots import APART_S, CONFIRMATION_S, PER_KIND, SNAPSHOT_KINDS
-from scenarios.grading.worst_frames import worst_frames
-from tracker.tracker import Tracker
+from luxloop.scenarios.grading.snapshots import APART_S, CONFIRMATION_S, PER_KIND, SNAPSHOT_KINDS
+from luxloop.scenarios.grading.worst_frames import worst_frames
+from luxloop.tracker.tracker import Tracker
 
 
 class Forgetful(Tracker):

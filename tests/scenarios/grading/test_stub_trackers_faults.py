@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from support import planted_faults, short_run
 
-from scenarios.grading.metric_names import FIT_METHODS, METRICS, TURNING
-from scenarios.grading.mma_metrics import band
-from tracker.records import MODELS
+from luxloop.scenarios.grading.metric_names import FIT_METHODS, METRICS, TURNING
+from luxloop.scenarios.grading.mma_metrics import band
+from luxloop.tracker.records import MODELS
 
 SCENE = """\
 description = "Cars from all sides, standing, driving, braking and starting, among outliers."

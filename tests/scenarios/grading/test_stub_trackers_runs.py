@@ -11,10 +11,10 @@ import pytest
 from support import short_run
 from support.stub_trackers import BiasedYaw, Forgetful, GhostMaking, IdSwapping, OneFrameLate, Perfect
 
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.grading.metric_names import METRICS, TURNING
-from scenarios.run import loop
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.metric_names import METRICS, TURNING
+from luxloop.scenarios.run import loop
 
 DT = 0.08
 STREET = """\

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scenarios.grading.frame_tables import CHUNK_FRAMES, Schema, TableBuilder
+from luxloop.scenarios.grading.frame_tables import CHUNK_FRAMES, Schema, TableBuilder
 
 SCHEMA: Schema = {"name": np.str_, "x_m": np.float64, "kind": ("car", "bus")}
 

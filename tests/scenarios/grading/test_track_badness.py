@@ -6,7 +6,7 @@ import pytest
 from support import short_run
 from support.frames import Body, Scripted, follow, grade_run
 
-from scenarios.grading.worst_frames import worst_frames
+from luxloop.scenarios.grading.worst_frames import worst_frames
 
 MOVING, PARKED = Body(0, 10.0, 5.0, 0.0, 10.0), Body(1, 20.0, -5.0)
 

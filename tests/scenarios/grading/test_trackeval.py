@@ -11,16 +11,16 @@ from support import naive_grading as naive
 from support.paths import EXAMPLES
 from support.scripts import load_script
 
-from scenarios import execute
-from scenarios.files import shipped as listing
-from scenarios.files.scenario import Scenario
-from scenarios.grading import track_metrics
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.plane_geometry import iou_table
-from scenarios.offline.recorded_run import RecordedRun
-from scenarios.offline.regrade import Regrader
-from scenarios.run import device
+from luxloop.scenarios import execute
+from luxloop.scenarios.files import shipped as listing
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading import track_metrics
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.plane_geometry import iou_table
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.regrade import Regrader
+from luxloop.scenarios.run import device
 
 DURATION_S = 8.0
 BOX = ["x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]

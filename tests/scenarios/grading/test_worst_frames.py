@@ -6,10 +6,10 @@ import pandas as pd
 import pytest
 from support import short_run
 
-from scenarios.grading.frame_tables import FITS, OUTLIERS, SEGMENTS, TRACKS, TRUTH
-from scenarios.grading.metric_names import METRICS
-from scenarios.grading.worst_frames import worst_frames
-from scenarios.result import Metric, Result
+from luxloop.scenarios.grading.frame_tables import FITS, OUTLIERS, SEGMENTS, TRACKS, TRUTH
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.grading.worst_frames import worst_frames
+from luxloop.scenarios.result import Metric, Result
 
 FIT_ERRORS = {"heading_error_deg": float, "position_error_m": float, "iou": float, "oracle": bool}
 

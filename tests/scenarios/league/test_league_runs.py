@@ -8,16 +8,16 @@ import pandas as pd
 import pytest
 from support import league_scenes
 
-from scenarios.cli import main
-from scenarios.execute import execute
-from scenarios.files.scenario import Scenario
-from scenarios.league import drive_scans, league_runs
-from scenarios.league.drive import drives
-from scenarios.league.entrants import REFERENCE, Entrant, entrants
-from scenarios.league.league_folder import refuse_other_files
-from scenarios.league.standings import pooled_hota
-from scenarios.offline.recorded_run import RecordedRun
-from scenarios.run import device, run_folder
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.execute import execute
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.league import drive_scans, league_runs
+from luxloop.scenarios.league.drive import drives
+from luxloop.scenarios.league.entrants import REFERENCE, Entrant, entrants
+from luxloop.scenarios.league.league_folder import refuse_other_files
+from luxloop.scenarios.league.standings import pooled_hota
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.run import device, run_folder
 
 SEED = 3
 
@@ -128,7 +128,7 @@ def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, t
 
 
 def test_pooled_hota_of_one_run_is_its_metric(league):
-    from scenarios.compare.digest import read_run
+    from luxloop.scenarios.compare.digest import read_run
 
     folder = league[0] / "runs" / REFERENCE / f"left-seed{SEED}"
     assert pooled_hota([read_run(folder)])[0] == pytest.approx(

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from support.scripted_boxes import DT_S, ScriptedDetector, scans
 
-from scenarios.league.entrants import REFERENCE, Entrant, entrants
-from scenarios.league.trackers.bicycle_filter import BicycleFilter
-from scenarios.league.trackers.paper_variant import paper_variant
-from tracker.records import Status
-from tracker.tracker import TrackerConfig
+from luxloop.scenarios.league.entrants import REFERENCE, Entrant, entrants
+from luxloop.scenarios.league.trackers.bicycle_filter import BicycleFilter
+from luxloop.scenarios.league.trackers.paper_variant import paper_variant
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracker import TrackerConfig
 
 ROOT = Path(__file__).parents[3]
 PEERS = [name for name in entrants() if name not in (REFERENCE, "paper")]

@@ -11,20 +11,20 @@ import pandas as pd
 import pytest
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.grading.frame_tables import ADDED
-from scenarios.grading.grader import PER_FRAME
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.metric_names import GRADED
-from scenarios.offline import track_columns
-from scenarios.offline.recorded_run import RecordedRun
-from scenarios.offline.regrade import Regrader
-from scenarios.report.html.reported_run import ReportedRun
-from scenarios.run import run_folder
-from tracker.records import Status
-from tracker.tracker import Tracker
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.grading.frame_tables import ADDED
+from luxloop.scenarios.grading.grader import PER_FRAME
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.metric_names import GRADED
+from luxloop.scenarios.offline import track_columns
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.regrade import Regrader
+from luxloop.scenarios.report.html.reported_run import ReportedRun
+from luxloop.scenarios.run import run_folder
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracker import Tracker
 
-SHIPPED = "tracker.tracker:Tracker"
+SHIPPED = "luxloop.tracker.tracker:Tracker"
 TEXT = short_run.TEXT + '\n[expect]\n"track.hota" = { min = 0.01 }\n'
 
 
@@ -374,7 +374,7 @@ def test_a_tracker_with_duplicate_ids_is_refused(monkeypatch, capfd):
 TWICE = """
 from dataclasses import replace
 
-from tracker.tracker import Tracker
+from luxloop.tracker.tracker import Tracker
 
 
 class Twice(Tracker):

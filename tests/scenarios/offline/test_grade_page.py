@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from support.paths import ROOT
 
-from scenarios.cli import main
-from scenarios.offline.track_columns import OPTIONAL, REQUIRED, WHEN
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.offline.track_columns import OPTIONAL, REQUIRED, WHEN
 
 PAGE = (ROOT / "docs" / "other-trackers.md").read_text(encoding="utf-8")
 COMMANDS = [

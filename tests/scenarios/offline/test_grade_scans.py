@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from support import short_run
 
-from scenarios import execute
-from scenarios.errors import OutputError
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.offline import recorded_scans
-from scenarios.offline.recorded_run import RecordedRun
-from scenarios.offline.recorded_scans import RecordedScans
-from scenarios.run import device, loop
-from scenarios.run.trace_hash import TraceHash
+from luxloop.scenarios import execute
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.offline import recorded_scans
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedScans
+from luxloop.scenarios.run import device, loop
+from luxloop.scenarios.run.trace_hash import TraceHash
 
 SUMO_S = 1.2
 UNITS = 6

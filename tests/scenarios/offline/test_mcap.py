@@ -10,11 +10,11 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.offline.mcap import export as export_module
-from scenarios.offline.mcap.definitions import definition
-from scenarios.offline.recorded_run import RecordedRun
-from tracker.tracker import Tracker
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.offline.mcap import export as export_module
+from luxloop.scenarios.offline.mcap.definitions import definition
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.tracker.tracker import Tracker
 
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Type codes of `sensor_msgs/PointField`."""

@@ -8,12 +8,12 @@ import pytest
 from rosbags.highlevel import AnyReader
 from support import exported_run
 
-from scenarios.cli import main
-from scenarios.exchange import mcap_boxes
-from scenarios.grading.plane_geometry import into_frame
-from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.rig.beams import unit_table
-from sim.world import Mode
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.exchange import mcap_boxes
+from luxloop.scenarios.grading.plane_geometry import into_frame
+from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.sensor_model.rig.beams import unit_table
+from luxloop.sim.world import Mode
 
 WORLD = ["x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]
 VELOCITY = ["vx_world_mps", "vy_world_mps"]

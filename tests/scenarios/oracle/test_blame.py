@@ -6,16 +6,16 @@ from pathlib import Path
 import pytest
 from support import busy_street, faulty_stages, short_run
 
-from scenarios.cli import main
-from scenarios.grading.metric_names import METRICS
-from scenarios.oracle.device_choice import OracleFactory
-from scenarios.oracle.stage import Stage
-from scenarios.oracle.stage_blame import BLAME_METRICS, find_out
-from scenarios.report import text as report
-from scenarios.report.blame_tables import OWN_DRIVES, blame_report
-from scenarios.run import loop
-from sim.scripted.scripted_source import ScriptedSource
-from sim.source import TrafficEndedError
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.oracle.device_choice import OracleFactory
+from luxloop.scenarios.oracle.stage import Stage
+from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, find_out
+from luxloop.scenarios.report import text as report
+from luxloop.scenarios.report.blame_tables import OWN_DRIVES, blame_report
+from luxloop.scenarios.run import loop
+from luxloop.sim.scripted.scripted_source import ScriptedSource
+from luxloop.sim.source import TrafficEndedError
 
 METRIC = {metric.name: metric for metric in BLAME_METRICS}
 
@@ -149,7 +149,7 @@ def test_values_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, capf
                 raise TrafficEndedError("the ego left")
             return super().step()
 
-    monkeypatch.setattr("sim.factory.ScriptedSource", Breaking)
+    monkeypatch.setattr("luxloop.sim.factory.ScriptedSource", Breaking)
     assert main(["blame", "short.toml", "--json"]) == 1
     out, err = capfd.readouterr()
     assert json.loads(out)["ended_early"] == "the ego left"

@@ -10,26 +10,26 @@ import pytest
 from support import busy_street, short_run
 from support.frames import Body, observe, world_frame
 
-from scenarios.cli import main
-from scenarios.errors import DeviceError
-from scenarios.files import shipped as listing
-from scenarios.files.scenario import Scenario
-from scenarios.grading.metric_names import CAUSES
-from scenarios.oracle import oracle_association, oracle_fit, oracle_outliers, oracle_segmentation
-from scenarios.oracle.device_choice import OracleFactory, choose
-from scenarios.oracle.oracle_context import OracleContext
-from scenarios.oracle.oracle_model_selection import OracleModelSelection, certain
-from scenarios.oracle.oracle_tracker import OracleTracker
-from scenarios.oracle.oracle_truth import Truth
-from scenarios.oracle.stage import Stage
-from scenarios.report import text as report
-from scenarios.run import device, loop
-from sensor_model.truth import NO_ACTOR
-from tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
-from tracker.tracker import TrackerConfig
-from tracker.tracking.filters import FilterConfig, motion
-from tracker.tracking.hypotheses import Hypotheses, Predictions
-from tracker.tracking.mma import MmaConfig
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import DeviceError
+from luxloop.scenarios.files import shipped as listing
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.metric_names import CAUSES
+from luxloop.scenarios.oracle import oracle_association, oracle_fit, oracle_outliers, oracle_segmentation
+from luxloop.scenarios.oracle.device_choice import OracleFactory, choose
+from luxloop.scenarios.oracle.oracle_context import OracleContext
+from luxloop.scenarios.oracle.oracle_model_selection import OracleModelSelection, certain
+from luxloop.scenarios.oracle.oracle_tracker import OracleTracker
+from luxloop.scenarios.oracle.oracle_truth import Truth
+from luxloop.scenarios.oracle.stage import Stage
+from luxloop.scenarios.report import text as report
+from luxloop.scenarios.run import device, loop
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
+from luxloop.tracker.tracker import TrackerConfig
+from luxloop.tracker.tracking.filters import FilterConfig, motion
+from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
+from luxloop.tracker.tracking.mma import MmaConfig
 
 SEGMENTATION = tuple(f"segmentation.{rate}_rate" for rate in ("over", "under", "missed"))
 

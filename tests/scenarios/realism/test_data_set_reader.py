@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from support.labelled_shapes import write_data_set
 
-from scenarios.errors import InputError
-from scenarios.realism.data_set_reader import read
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.realism.data_set_reader import read
 
 GRID = np.array([(x, y) for x in np.linspace(-2.0, 2.0, 5) for y in np.linspace(-0.8, 0.8, 5)])
 """Points inside a box about the origin [m]."""

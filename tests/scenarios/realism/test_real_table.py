@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scenarios.errors import InputError
-from scenarios.realism.real_table import read, read_bands
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.realism.real_table import read, read_bands
 
 TABLE = """\
 class,range_m,aspect_deg,front_seen,bow_end_m,best_error_deg

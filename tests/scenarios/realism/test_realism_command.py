@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.realism import data_set_reader
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.realism import data_set_reader
 
 REAL = """\
 class,range_m,aspect_deg,front_seen,bow_end_m,std_about_faces_m,points_per_m_layer,best_error_deg

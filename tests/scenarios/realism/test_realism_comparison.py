@@ -7,12 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.labelled_shapes import rear, vehicle
 
-from scenarios.errors import InputError
-from scenarios.realism import bow_bands, nearest_vehicles, realism_comparison
-from scenarios.realism.compared_figures import FIGURES
-from scenarios.realism.compared_row import ComparedRow
-from scenarios.realism.real_table import BANDS
-from scenarios.realism.weighted_average import Summary, summarise
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.realism import bow_bands, nearest_vehicles, realism_comparison
+from luxloop.scenarios.realism.compared_figures import FIGURES
+from luxloop.scenarios.realism.compared_row import ComparedRow
+from luxloop.scenarios.realism.real_table import BANDS
+from luxloop.scenarios.realism.weighted_average import Summary, summarise
 
 BY_NAME = {figure.name: figure for figure in FIGURES}
 VIEWS = st.lists(st.tuples(st.floats(4.0, 50.0), st.floats(0.0, 90.0), st.booleans()), min_size=1, max_size=12)

@@ -8,10 +8,10 @@ import typer
 from support.paths import DOCS, EXAMPLES
 from support.scripts import load_script
 
-from scenarios.cli import app
-from scenarios.files.scenario import Scenario
-from scenarios.realism.compared_figures import FIGURES
-from scenarios.realism.real_table import BANDS, VIEW
+from luxloop.scenarios.cli import app
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.realism.compared_figures import FIGURES
+from luxloop.scenarios.realism.real_table import BANDS, VIEW
 
 PAGE = DOCS / "realism.md"
 draw_realism = load_script(DOCS / "draw_realism.py")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from support.labelled_shapes import ABREAST, l_shape, left, rear, vehicle
 
-from scenarios.realism import heading_error, vehicle_figures
-from scenarios.realism.vehicle_figures import density
+from luxloop.scenarios.realism import heading_error, vehicle_figures
+from luxloop.scenarios.realism.vehicle_figures import density
 
 
 def figures(seen):

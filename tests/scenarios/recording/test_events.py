@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.drive import Step, drive
 
-from scenarios.recording.events import LOST_S, Event, EventFinder
-from sensor_model.truth import NO_ACTOR
-from tracker.records import Status
+from luxloop.scenarios.recording.events import LOST_S, Event, EventFinder
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.records import Status
 
 NEW, SURE, GONE, DEAD = Status
 

@@ -12,10 +12,10 @@ from dataclasses import replace
 import pytest
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.errors import InputError
-from scenarios.grading.worst_frames import worst_frames
-from scenarios.recording import viewer
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.grading.worst_frames import worst_frames
+from luxloop.scenarios.recording import viewer
 
 START_S = 90.0
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support import recorded_drive as drive
 
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 
 MOUNT = ("--mount", "0,0,1")
 
@@ -116,7 +116,7 @@ def test_a_capture_without_its_library_names_the_command_that_installs_it(tmp_pa
     code = f"""
 import sys
 sys.modules["ouster"] = None
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 sys.exit(main(["import", {str(path)!r}, "--mount", "0,0,1", "--out", {str(tmp_path / "out")!r}]))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

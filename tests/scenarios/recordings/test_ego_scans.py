@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from scenarios.errors import InputError
-from scenarios.recordings.ego_mount import EgoMount
-from scenarios.recordings.ego_scans import EgoScans
-from scenarios.recordings.import_options import ImportOptions
-from scenarios.recordings.pose_track import PoseTrack
-from scenarios.recordings.sweep import Sweep
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.ego_mount import EgoMount
+from luxloop.scenarios.recordings.ego_scans import EgoScans
+from luxloop.scenarios.recordings.import_options import ImportOptions
+from luxloop.scenarios.recordings.pose_track import PoseTrack
+from luxloop.scenarios.recordings.sweep import Sweep
 
 MOUNTS = (EgoMount.parse("1,0,0.5"), EgoMount.parse("-1,0,0.5,180"))
 

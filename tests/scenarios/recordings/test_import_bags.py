@@ -7,8 +7,8 @@ import pyarrow.parquet as pq
 import pytest
 from support import recorded_drive as drive
 
-from scenarios.cli import main
-from scenarios.recordings.recording import Recording
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.recordings.recording import Recording
 
 CENTRE_AT_1S = (8.0 + 8.0, 3.0)
 """Position of the car's centre after 1 s in the odometry frame: the ego frame of the first scan."""

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scenarios.recordings.layer_cut import ElevationCut, HeightCut, Rings
-from scenarios.recordings.sweep import Sweep
+from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut, Rings
+from luxloop.scenarios.recordings.sweep import Sweep
 
 ELEVATIONS = np.array([3.0, 1.0, -1.0, -2.0, -3.0, -4.0, -6.0, -9.0])
 """By ring: the device numbers them from above."""

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from support.real_data import real_file
 
-from scenarios.cli import main
-from scenarios.recordings.recording import Recording
-from sensor_model.formats.lux_scan_points import scan_messages
-from sensor_model.formats.lux_scan_stream import stream_bytes
-from sensor_model.rig.rig import SHIPPED, load_rig
-from tracker.scan import Scan
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.recordings.recording import Recording
+from luxloop.sensor_model.formats.lux_scan_points import scan_messages
+from luxloop.sensor_model.formats.lux_scan_stream import stream_bytes
+from luxloop.sensor_model.rig.rig import SHIPPED, load_rig
+from luxloop.tracker.scan import Scan
 
 RIG = load_rig("srx_six_lux", SHIPPED)
 

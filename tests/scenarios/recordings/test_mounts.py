@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from scenarios.errors import InputError
-from scenarios.recordings.ego_mount import EgoMount, of_rig
-from scenarios.recordings.ground_plane import levelled
-from sensor_model.rig.beams import unit_table
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.ego_mount import EgoMount, of_rig
+from luxloop.scenarios.recordings.ground_plane import levelled
+from luxloop.sensor_model.rig.beams import unit_table
 
 
 def test_a_mount_places_points_by_hand():

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scenarios.errors import InputError
-from scenarios.recordings.formats.ros_messages import CLOUD, sweep_of
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.ros_messages import CLOUD, sweep_of
 
 CODES = {"<f4": 7, "<f8": 8, "<u2": 4, "<u4": 6, "u1": 2}
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.recordings.pose_track import PoseTrack
+from luxloop.scenarios.recordings.pose_track import PoseTrack
 
 
 def circle(radius=10.0, rate=0.4, start=-2.0):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from support.real_data import real_file
 
-from scenarios.cli import main
-from scenarios.recordings.recording import Recording
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.recordings.recording import Recording
 
 DATMO = (
     "--mount=-0.17,0,0.1", "--odometry", "/ego_pose", "--truth", "/red_pose=0.46,0.20,0.05,0,0.15",

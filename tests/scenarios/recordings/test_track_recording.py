@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from support import recorded_drive as drive
 
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 
 MINE = """
-from tracker.tracker import Tracker
+from luxloop.tracker.tracker import Tracker
 
 class Mine(Tracker):
     pass

@@ -7,8 +7,8 @@ from rich.console import Console, Group
 from rich.padding import Padding
 from rich.text import Text
 
-from scenarios.report import text
-from scenarios.report.cells import table_of
+from luxloop.scenarios.report import text
+from luxloop.scenarios.report.cells import table_of
 
 NAME = "mma.mma.stationary_target.x_abs_mean_m"
 

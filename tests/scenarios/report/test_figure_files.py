@@ -5,12 +5,12 @@ import re
 import pytest
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.errors import InputError
-from scenarios.execute import execute
-from scenarios.files.scenario import Scenario
-from scenarios.report.figure_files import FigureFile, parse_formats, save
-from scenarios.run import device, run_folder
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.execute import execute
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.report.figure_files import FigureFile, parse_formats, save
+from luxloop.scenarios.run import device, run_folder
 
 
 @pytest.fixture(scope="module")

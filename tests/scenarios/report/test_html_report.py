@@ -10,22 +10,22 @@ import pytest
 from markupsafe import escape
 from support import browser, short_run, warm_process
 
-from scenarios.cli import main
-from scenarios.execute import execute
-from scenarios.files.scenario import Scenario
-from scenarios.report import paper_tables
-from scenarios.report.html.error_figures import COVARIATES, errors_against, errors_by_class, observations
-from scenarios.report.html.page_tables import page_table
-from scenarios.report.html.palette import TONES
-from scenarios.report.html.probabilities import most_mode_changes
-from scenarios.report.html.reported_run import ReportedRun
-from scenarios.report.html.run_page import run_page
-from scenarios.report.html.suite_page import Broken, find_runs, suite_page
-from scenarios.report.html.svg_figure import draw
-from scenarios.report.html.timelines import HIDDEN, MISSED, OUT, periods
-from scenarios.run import device
-from tracker.records import MODELS
-from tracker.tracker import Tracker
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.execute import execute
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.report import paper_tables
+from luxloop.scenarios.report.html.error_figures import COVARIATES, errors_against, errors_by_class, observations
+from luxloop.scenarios.report.html.page_tables import page_table
+from luxloop.scenarios.report.html.palette import TONES
+from luxloop.scenarios.report.html.probabilities import most_mode_changes
+from luxloop.scenarios.report.html.reported_run import ReportedRun
+from luxloop.scenarios.report.html.run_page import run_page
+from luxloop.scenarios.report.html.suite_page import Broken, find_runs, suite_page
+from luxloop.scenarios.report.html.svg_figure import draw
+from luxloop.scenarios.report.html.timelines import HIDDEN, MISSED, OUT, periods
+from luxloop.scenarios.run import device
+from luxloop.tracker.records import MODELS
+from luxloop.tracker.tracker import Tracker
 
 EXPECT = """
 [expect]

@@ -4,9 +4,9 @@ import re
 
 from support import short_run
 
-from scenarios.report.html.page_tables import Cell, PageTable, Row
-from scenarios.report.html.run_page import tables_of
-from scenarios.report.latex import document, escape, latex
+from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
+from luxloop.scenarios.report.html.run_page import tables_of
+from luxloop.scenarios.report.latex import document, escape, latex
 
 
 def test_table_by_hand():

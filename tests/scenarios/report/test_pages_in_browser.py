@@ -9,11 +9,11 @@ from support import recorded_drive as drive
 from support.contrast import AA_TEXT, contrast, too_low
 from support.paths import EXAMPLES
 
-from scenarios.cli import main
-from scenarios.report.html.palette import TEXT_NAMES, TONES
-from scenarios.study.study_file import Study
-from scenarios.study.study_page import report
-from scenarios.study.sweep_runs import Sweep
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.report.html.palette import TEXT_NAMES, TONES
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.study_page import report
+from luxloop.scenarios.study.sweep_runs import Sweep
 
 EXPECT = """
 [expect]
@@ -23,7 +23,7 @@ EXPECT = """
 """
 STUDY = """
 description = "How long an occlusion may last."
-scenario = "scenarios.study.staged:hidden_behind_wall"
+scenario = "luxloop.scenarios.study.staged:hidden_behind_wall"
 seeds = 2
 [[vary]]
 key = "occlusion_s"

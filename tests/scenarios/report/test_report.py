@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 from support import short_run
 
-from scenarios.files.expect import Check, Limit, check, verdict
-from scenarios.grading.track_metric_names import BANDED_NAMES, BANDS, OVERALL
-from scenarios.report import paper_figures, track_tables
-from scenarios.report.cells import NONE
-from scenarios.report.text import WIDTH, as_text, report
-from scenarios.result import Metric
+from luxloop.scenarios.files.expect import Check, Limit, check, verdict
+from luxloop.scenarios.grading.track_metric_names import BANDED_NAMES, BANDS, OVERALL
+from luxloop.scenarios.report import paper_figures, track_tables
+from luxloop.scenarios.report.cells import NONE
+from luxloop.scenarios.report.text import WIDTH, as_text, report
+from luxloop.scenarios.result import Metric
 
 
 def text_of(result, checks=()):

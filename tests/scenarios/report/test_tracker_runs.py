@@ -7,15 +7,15 @@ import pytest
 from support import short_run
 from support.paths import EXAMPLES
 
-from scenarios.cli import main
-from scenarios.grading.worst_frames import WorstFrame
-from scenarios.recording.recorded_points import read_points
-from scenarios.report.html.frame_points import frame_points
-from scenarios.report.html.reported_run import ReportedRun, apart
-from scenarios.report.html.shown_frames import shown_frames
-from scenarios.report.html.tracker_runs import read_trackers
-from scenarios.report.html.trackers_page import trackers_page
-from scenarios.run import run_folder
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.grading.worst_frames import WorstFrame
+from luxloop.scenarios.recording.recorded_points import read_points
+from luxloop.scenarios.report.html.frame_points import frame_points
+from luxloop.scenarios.report.html.reported_run import ReportedRun, apart
+from luxloop.scenarios.report.html.shown_frames import shown_frames
+from luxloop.scenarios.report.html.tracker_runs import read_trackers
+from luxloop.scenarios.report.html.trackers_page import trackers_page
+from luxloop.scenarios.run import run_folder
 
 NEAREST = f"{EXAMPLES / 'nearest.py'}:Nearest"
 

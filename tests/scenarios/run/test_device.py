@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from support import short_run
 
-from scenarios.errors import DeviceError
-from scenarios.run import device
-from tracker.tracker import Tracker, TrackerConfig
+from luxloop.scenarios.errors import DeviceError
+from luxloop.scenarios.run import device
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 MINE = """\
-from tracker.tracker import Tracker
+from luxloop.tracker.tracker import Tracker
 
 import my_helper
 
@@ -35,16 +35,13 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("tracker.tracker", "should be MODULE:NAME or FILE.py:NAME"),
+        ("luxloop.tracker.tracker", "should be MODULE:NAME or FILE.py:NAME"),
         (":Tracker", "should be MODULE:NAME or FILE.py:NAME"),
         (".tracker:Tracker", "should be MODULE:NAME or FILE.py:NAME"),
         ("nowhere.tracker:Tracker", "no module nowhere on the Python path or in .*[^E]$"),
-        (
-            "tracker.nowhere:Tracker",
-            r"no module tracker\.nowhere .*; tracker is a package of luxloop, .* as FILE\.py:NAME",
-        ),
-        ("tracker.tracker:Trucker", r"Trucker is not there in tracker\.tracker"),
-        ("tracker.records:MODELS", "MODELS is not callable"),
+        ("tracker.tracker:Tracker", r"no module tracker .*; luxloop's module is luxloop\.tracker\.tracker now"),
+        ("luxloop.tracker.tracker:Trucker", r"Trucker is not there in luxloop\.tracker\.tracker"),
+        ("luxloop.tracker.records:MODELS", "MODELS is not callable"),
         ("nowhere.py:Tracker", r"no file nowhere\.py; give the path of a Python file"),
         ("mine.py:Trucker", r"Trucker is not there in mine\.py; name a class with step"),
         ("mine.py:", "should be MODULE:NAME or FILE.py:NAME"),
@@ -126,9 +123,9 @@ key = "noise.dropout.random_rate"
 values = [0.1]
 """
 COMMANDS = {
-    "run": ["-m", "scenarios", "run", "short.toml", "--no-recording", "--record-scans", "--out", "ran"],
-    "check": ["-m", "scenarios", "check-tracker"],
-    "sweep": ["-m", "scenarios", "sweep", "study.toml", "--workers", "1", "--out", "swept"],
+    "run": ["-m", "luxloop", "run", "short.toml", "--no-recording", "--record-scans", "--out", "ran"],
+    "check": ["-m", "luxloop", "check-tracker"],
+    "sweep": ["-m", "luxloop", "sweep", "study.toml", "--workers", "1", "--out", "swept"],
     "pytest": ["-m", "pytest", "short.toml", "-q", "-p", "no:cacheprovider"],
     "xdist": ["-m", "pytest", "short.toml", "-q", "-p", "no:cacheprovider", "-n", "1"],
 }
@@ -167,12 +164,12 @@ def test_luxloops_packages_win_over_folders_of_the_same_name(command):
     run = python(*COMMANDS[command], *option, "tracker/mine.py:MyTracker")
     assert run.returncode == 0, run.stdout + run.stderr
     if command == "run":
-        grade = python("-m", "scenarios", "grade", "ran", "--tracker", "tracker/mine.py:MyTracker", "--json")
+        grade = python("-m", "luxloop", "grade", "ran", "--tracker", "tracker/mine.py:MyTracker", "--json")
         assert (grade.returncode, grade.stderr) == (0, "")
 
 
 def test_a_folder_that_is_itself_called_tracker(hostile, monkeypatch):
     monkeypatch.chdir(hostile / "tracker")
-    run = python("-m", "scenarios", "run", "../short.toml", "--no-recording", "--tracker", "mine.py:MyTracker")
+    run = python("-m", "luxloop", "run", "../short.toml", "--no-recording", "--tracker", "mine.py:MyTracker")
     assert run.returncode == 0, run.stdout + run.stderr
     assert "mine.py:MyTracker" in run.stdout

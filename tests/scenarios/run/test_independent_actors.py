@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from support.paths import CATALOG
 
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig, Outliers, Rain, Spray
-from sensor_model.rig.rig import load_rig
-from sensor_model.sensor_config import SensorConfig
-from sim.scripted.motions import Straight
-from sim.scripted.script import ScriptedActor, ScriptedEgo
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import NoiseConfig, Outliers, Rain, Spray
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.sensor_config import SensorConfig
+from luxloop.sim.scripted.motions import Straight
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 CROSSING = CATALOG / "urban" / "sumo-crossing" / "crossing.net.xml"
 RIG = load_rig("srx_six_lux", Path())

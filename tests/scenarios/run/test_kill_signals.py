@@ -21,8 +21,8 @@ import pytest
 from support import short_run, warm_process
 from support.processes import children_of, files_of, heed_hangups, is_dead, until
 
-from scenarios.errors import OutputError
-from scenarios.run import run_folder
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.run import run_folder
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
 STUDY = """\
@@ -98,7 +98,7 @@ def test_nothing_is_lost_or_half_written(name, kills, folder):
 def lasts(name: str) -> float:
     """Return an estimate of the duration of a command on this machine [s]: that of the start, several times."""
     begin = time.monotonic()
-    subprocess.run([sys.executable, "-c", "import scenarios.execute"], check=True)
+    subprocess.run([sys.executable, "-c", "import luxloop.scenarios.execute"], check=True)
     return (time.monotonic() - begin) * {"run": 4.0, "sweep": 10.0, "search": 6.0, "pytest": 8.0}[name]
 
 

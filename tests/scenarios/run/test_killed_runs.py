@@ -13,8 +13,8 @@ import pytest
 from support import short_run, warm_process
 from support.processes import children_of, is_dead, stop, until
 
-from scenarios.errors import OutputError
-from scenarios.run import run_folder
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.run import run_folder
 
 LUXLOOP = str(Path(sys.executable).with_name("luxloop"))
 RUNS, OUT, TEMPORARY = Path("runs"), Path("runs/here"), Path("temporary")

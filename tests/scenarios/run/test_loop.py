@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from support import short_run
 
-from scenarios.errors import ContractError
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.grading.metric_names import METRICS, TURNING
-from scenarios.report.truth_event_line import truth_events
-from scenarios.run import car_ahead, device, loop
-from scenarios.run.stopwatch import RECORDING, Stopwatch
-from scenarios.run.trace_hash import TraceHash
-from sim.world import Actors, Collision, Ego
-from tracker.tracker import Tracker
+from luxloop.scenarios.errors import ContractError
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.metric_names import METRICS, TURNING
+from luxloop.scenarios.report.truth_event_line import truth_events
+from luxloop.scenarios.run import car_ahead, device, loop
+from luxloop.scenarios.run.stopwatch import RECORDING, Stopwatch
+from luxloop.scenarios.run.trace_hash import TraceHash
+from luxloop.sim.world import Actors, Collision, Ego
+from luxloop.tracker.tracker import Tracker
 
 CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
 

@@ -8,17 +8,17 @@ import pytest
 from support import short_run
 from support.frames import Body, Scripted, follow, grade_run
 
-from scenarios.cli import main
-from scenarios.errors import MetricError, ScenarioError, StudyError
-from scenarios.files.scenario import Scenario
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.own_metric import OwnMetric
-from scenarios.report.text import as_text, report
-from scenarios.run import own_metrics
-from scenarios.study import design
-from scenarios.study.study_file import Study
-from scenarios.study.worker import carry_out
-from sim.world import Kind
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import MetricError, ScenarioError, StudyError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.own_metric import OwnMetric
+from luxloop.scenarios.report.text import as_text, report
+from luxloop.scenarios.run import own_metrics
+from luxloop.scenarios.study import design
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.worker import carry_out
+from luxloop.sim.world import Kind
 
 FUNCTIONS = """
 import sys
@@ -202,7 +202,7 @@ def test_invalid_tables_are_one_line(change, message, tmp_path):
 
 STUDY = """
 description = "Own metrics."
-scenario = "scenarios.study.staged:standing_car"
+scenario = "luxloop.scenarios.study.staged:standing_car"
 seeds = 2
 [[vary]]
 key = "range_m"
@@ -231,12 +231,12 @@ def write_study(folder, text=STUDY):
 @pytest.mark.usefixtures("functions")
 def test_a_study_adds_them_to_every_run_and_to_its_inputs(tmp_path):
     study = write_study(tmp_path)
-    run, *_ = design.runs(study, "tracker.tracker:Tracker")
+    run, *_ = design.runs(study, "luxloop.tracker.tracker:Tracker")
     assert run.inputs["files"].keys() == {"own_functions:nearest"}
     row = carry_out(run)
     assert row["own.nearest_m"] == pytest.approx(12.0, abs=0.5)
     (tmp_path / "own_functions.py").write_text(FUNCTIONS + "\n# changed\n", encoding="utf-8")
-    assert design.runs(study, "tracker.tracker:Tracker")[0].key != run.key
+    assert design.runs(study, "luxloop.tracker.tracker:Tracker")[0].key != run.key
     assert study.definition("own.nearest_m").unit == "m"
     assert study.search.limit.max == 15.0
 

@@ -9,8 +9,8 @@ import pytest
 from support import short_run
 from support.paths import EXAMPLES, ROOT
 
-from scenarios.cli import main
-from scenarios.run import process_tracker
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.run import process_tracker
 
 ROGUE = ROOT / "tests" / "support" / "rogue_process.py"
 FAULTS = {

@@ -2,8 +2,8 @@
 
 import pytest
 
-from scenarios.run.progress import _share_read
-from sim.source import StartStatus
+from luxloop.scenarios.run.progress import _share_read
+from luxloop.sim.source import StartStatus
 
 
 def test_the_share_of_a_file_is_the_position_in_it(tmp_path):

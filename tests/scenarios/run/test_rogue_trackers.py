@@ -5,7 +5,7 @@ import json
 import pytest
 from support import rogue_trackers, short_run, warm_process
 
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 
 BROKEN = {
     "Exits": "raised SystemExit: 0",

@@ -11,11 +11,11 @@ from dataclasses import fields
 import pandas as pd
 import pytest
 
-from scenarios.errors import OutputError
-from scenarios.files import owner_lock
-from scenarios.files.expect import Check, Limit
-from scenarios.result import Metric, Result
-from scenarios.run import run_folder
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import owner_lock
+from luxloop.scenarios.files.expect import Check, Limit
+from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.run import run_folder
 
 RESULT = Result(
     scenario="ring",
@@ -95,7 +95,7 @@ def test_an_interrupted_run_keeps_the_earlier_one(tmp_path):
 KILLED = """
 import os, shutil, signal, sys
 from pathlib import Path
-from scenarios.run import run_folder
+from luxloop.scenarios.run import run_folder
 with run_folder.create(Path(sys.argv[1])) as folder:
     (folder / "recording.rrd").write_text("half")
     kill = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
@@ -174,7 +174,7 @@ def test_temporary_folders_of_others_stay(name, tmp_path):
 OPEN = """
 import sys
 from pathlib import Path
-from scenarios.run import run_folder
+from luxloop.scenarios.run import run_folder
 with run_folder.create(Path(sys.argv[1])) as folder:
     print(folder.name, flush=True)
     sys.stdin.read()

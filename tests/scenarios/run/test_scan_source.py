@@ -7,12 +7,12 @@ import pytest
 from support import short_run
 from support.processes import children_of, is_dead
 
-from scenarios.errors import ScenarioError
-from scenarios.files import shipped
-from scenarios.files.scenario import Scenario
-from scenarios.run import device, loop
-from sim.process.process_source import _terminate_idle
-from tracker.tracker import Tracker
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.run import device, loop
+from luxloop.sim.process.process_source import _terminate_idle
+from luxloop.tracker.tracker import Tracker
 
 CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
 ARRIVING = f"""

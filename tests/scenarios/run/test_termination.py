@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.recording.recorder import NullRecorder
-from scenarios.run.termination import as_interrupts, raise_lost
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.recording.recorder import NullRecorder
+from luxloop.scenarios.run.termination import as_interrupts, raise_lost
 
 
 class Member(type):

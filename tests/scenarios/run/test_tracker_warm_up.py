@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-LUXLOOP = (sys.executable, "-m", "scenarios")
+LUXLOOP = (sys.executable, "-m", "luxloop")
 
 
 @pytest.mark.slow

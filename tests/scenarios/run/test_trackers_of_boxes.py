@@ -7,10 +7,10 @@ from support import short_run
 from support.frames import Body, drive, grade_run
 from support.paths import DOCS, EXAMPLES
 
-from scenarios.cli import main
-from scenarios.files.expect import Check, Limit, check, verdict
-from scenarios.result import NOT_REPORTED, Metric
-from tracker.records import Tracks
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.files.expect import Check, Limit, check, verdict
+from luxloop.scenarios.result import NOT_REPORTED, Metric
+from luxloop.tracker.records import Tracks
 
 NEAREST = EXAMPLES / "nearest.py"
 EXPECT = """

@@ -10,11 +10,11 @@ import pytest
 from support import crossing_ids
 from support.stub_trackers import Perfect
 
-from scenarios.cli import main
-from scenarios.errors import OutputError, StudyError
-from scenarios.run import run_folder
-from scenarios.search.adversary import EVALUATIONS, RUN, search
-from scenarios.study.study_file import Study
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import OutputError, StudyError
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.search.adversary import EVALUATIONS, RUN, search
+from luxloop.scenarios.study.study_file import Study
 
 LIMIT = 'metric = "track.id_switches"\nmax = 0\n'
 

@@ -9,20 +9,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.stub_trackers import Forgetful
 
-from scenarios.files.expect import Limit
-from scenarios.files.scenario import Scenario
-from scenarios.files.shipped import paths, studies
-from scenarios.search import finding_file, reductions
-from scenarios.search.evaluator import Evaluator
-from scenarios.search.initial_trials import initial_trials
-from scenarios.search.objective import distance, score, size
-from scenarios.search.optimise import Disturbance
-from scenarios.search.shrink import HALVINGS, shrink, towards_neutral
-from scenarios.study.design import source
-from scenarios.study.parameter import Parameter
-from scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
-from scenarios.study.study_file import Search, Study
-from sensor_model.noise.noise_config import KINDS
+from luxloop.scenarios.files.expect import Limit
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.files.shipped import paths, studies
+from luxloop.scenarios.search import finding_file, reductions
+from luxloop.scenarios.search.evaluator import Evaluator
+from luxloop.scenarios.search.initial_trials import initial_trials
+from luxloop.scenarios.search.objective import distance, score, size
+from luxloop.scenarios.search.optimise import Disturbance
+from luxloop.scenarios.search.shrink import HALVINGS, shrink, towards_neutral
+from luxloop.scenarios.study.design import source
+from luxloop.scenarios.study.parameter import Parameter
+from luxloop.scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
+from luxloop.scenarios.study.study_file import Search, Study
+from luxloop.sensor_model.noise.noise_config import KINDS
 
 LINEAR = Parameter(key="a", low=-1.0, high=3.0, neutral=0.0)
 SPEED = Parameter(key="b", low=0.0, high=100.0, neutral=0.0)

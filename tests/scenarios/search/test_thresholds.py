@@ -5,11 +5,11 @@ import json
 import pytest
 from support import short_memory
 
-from scenarios.cli import main
-from scenarios.run import device
-from scenarios.search.evaluator import EVALUATIONS
-from scenarios.search.thresholds import thresholds
-from scenarios.study.study_file import Study
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.run import device
+from luxloop.scenarios.search.evaluator import EVALUATIONS
+from luxloop.scenarios.search.thresholds import thresholds
+from luxloop.scenarios.study.study_file import Study
 
 MEMORY_S = 0.08 * (short_memory.MEMORY_FRAMES + 0.5)
 

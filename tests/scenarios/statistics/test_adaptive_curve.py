@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import expit, logit
 
-from scenarios.statistics.adaptive_curve import AdaptiveCurve
+from luxloop.scenarios.statistics.adaptive_curve import AdaptiveCurve
 
 SHARES = (0.5, 0.95)
 

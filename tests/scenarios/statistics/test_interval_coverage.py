@@ -56,7 +56,7 @@ def test_figures_are_collected_from_sweeps(tmp_path, monkeypatch):
 
 
 def test_the_studies_of_the_inputs_are_valid():
-    from scenarios.study.study_file import Study
+    from luxloop.scenarios.study.study_file import Study
 
     for sweep in COLUMNS:
         assert Study.load(FOLDER / f"{sweep}.toml").seed_list[0] == 1

@@ -7,9 +7,9 @@ import pytest
 import scipy
 from support.frames import Body, Scripted, follow, grade_run
 
-from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.statistics.cluster_median import cluster_median_interval
-from scenarios.statistics.jackknife import (
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.statistics.cluster_median import cluster_median_interval
+from luxloop.scenarios.statistics.jackknife import (
     ANY,
     POSITIVE,
     SHARE,

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.special import expit
 
-from scenarios.statistics.logistic import fit, percentile_interval, resampled
+from luxloop.scenarios.statistics.logistic import fit, percentile_interval, resampled
 
 
 def by_optimiser(x, y, weight=None):

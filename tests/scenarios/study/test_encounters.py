@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from support.emergence_by_hand import emergence
 
-from scenarios.files.scenario import Scenario
-from scenarios.grading.emergence_names import MEASURES, STAGES
-from scenarios.run import device, loop
-from scenarios.study import staged
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.emergence_names import MEASURES, STAGES
+from luxloop.scenarios.run import device, loop
+from luxloop.scenarios.study import staged
 
 SCENES = {
     "car": (staged.behind_parked_truck, (8.0, 4.0, "car")),

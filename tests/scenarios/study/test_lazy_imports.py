@@ -11,11 +11,11 @@ OPTIONAL = {"dask", "distributed", "fsspec", "optuna", "mcap", "mcap_ros2"}
 @pytest.mark.parametrize(
     "module",
     [
-        "scenarios.cli",
-        "scenarios.study.study_file",
-        "scenarios.study.study_page",
-        "scenarios.study.sweep_runs",
-        "scenarios.search.adversary",
+        "luxloop.scenarios.cli",
+        "luxloop.scenarios.study.study_file",
+        "luxloop.scenarios.study.study_page",
+        "luxloop.scenarios.study.sweep_runs",
+        "luxloop.scenarios.search.adversary",
     ],
 )
 def test_importing_a_module_loads_no_optional_package(module):

@@ -9,11 +9,11 @@ import pytest
 from support.processes import children_of, until
 from support.sweeps import small_study
 
-from scenarios.errors import StudyError
-from scenarios.run import device
-from scenarios.study import dask_runs, local_cluster
-from scenarios.study.design import StudyRun, runs
-from scenarios.study.study_file import Study
+from luxloop.scenarios.errors import StudyError
+from luxloop.scenarios.run import device
+from luxloop.scenarios.study import dask_runs, local_cluster
+from luxloop.scenarios.study.design import StudyRun, runs
+from luxloop.scenarios.study.study_file import Study
 
 LONGER_THAN_DASK_WAITS_S = 20.0
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.files.scenario import Scenario
-from scenarios.study.scenes.scene_parts import BEFORE_S
-from scenarios.study.staged import behind_row, hidden_behind_wall, hidden_with_failed_unit, passed_by_bus
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sim.scripted.scripted_source import ScriptedSource
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.study.scenes.scene_parts import BEFORE_S
+from luxloop.scenarios.study.staged import behind_row, hidden_behind_wall, hidden_with_failed_unit, passed_by_bus
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sim.scripted.scripted_source import ScriptedSource
 
 TOLERANCE_S = 0.3
 BOXES = {"ideal": True, "layer_overlap": {"enabled": False}}

@@ -9,9 +9,9 @@ import pytest
 from scipy.special import expit
 from support import short_run
 
-from scenarios.cli import main
-from scenarios.run import run_folder
-from scenarios.study.occlusion_survival import clustered_share, regress
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.study.occlusion_survival import clustered_share, regress
 
 MIDDLE_S, STEEPNESS = 2.0, 4.0
 

@@ -9,14 +9,14 @@ from support.dask_cluster import worker_thread
 from support.paths import NETS, ROOT
 from support.sweeps import rows, small_study
 
-from scenarios.cli import main
-from scenarios.run import device
-from scenarios.study import run_content, source_code
-from scenarios.study.design import runs
-from scenarios.study.named_files import named_files
-from scenarios.study.row_reasons import NEW, TAKEN_OVER, RowReasons
-from scenarios.study.run_content import Contents
-from scenarios.study.study_file import Study
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.run import device
+from luxloop.scenarios.study import run_content, source_code
+from luxloop.scenarios.study.design import runs
+from luxloop.scenarios.study.named_files import named_files
+from luxloop.scenarios.study.row_reasons import NEW, TAKEN_OVER, RowReasons
+from luxloop.scenarios.study.run_content import Contents
+from luxloop.scenarios.study.study_file import Study
 
 RIG = 'like = "srx_six_lux"\nmodel = "my_unit.toml"\n'
 UNIT = 'like = "lux"\nrange_max_m = 150.0\n'
@@ -37,7 +37,7 @@ def folder(tmp_path):
     (tmp_path / "town.sumocfg").write_text(f"<configuration><input>{files}</input></configuration>")
     (tmp_path / "second.rou.xml").write_text("<routes/>")
     (tmp_path / "drive.csv").write_text("time_s,id\n")
-    (tmp_path / "mine.py").write_text("import own_filter\nfrom tracker.tracker import Tracker\n")
+    (tmp_path / "mine.py").write_text("import own_filter\nfrom luxloop.tracker.tracker import Tracker\n")
     (tmp_path / "own_filter.py").write_text("GAIN = 0.5\n")
     (tmp_path / "unused.py").write_text("GAIN = 0.5\n")
     return tmp_path
@@ -177,7 +177,7 @@ def test_errors_are_repeated_on_request(tmp_path: Path, sweep):
     """A tracker that needs a file outside of its folder, which nothing names."""
     study = small_study(tmp_path, seeds=1)
     flag = tmp_path / "data" / "flag"
-    source = "import pathlib\nfrom tracker.tracker import Tracker as Shipped\n"
+    source = "import pathlib\nfrom luxloop.tracker.tracker import Tracker as Shipped\n"
     (tmp_path / "needs.py").write_text(
         f"{source}def Tracker(config):\n    pathlib.Path({str(flag)!r}).stat()\n    return Shipped(config)\n"
     )

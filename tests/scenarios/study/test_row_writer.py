@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from scenarios.study.row_writer import RowWriter
+from luxloop.scenarios.study.row_writer import RowWriter
 
 ROWS = pa.table({"key": [f"{number:x}" for number in range(1000)]})
 

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.files.scenario import Scenario
-from scenarios.study.scenes.hidden_behind_wall import BRAKING_MPS2, SIDEWAYS_MPS2, hidden_behind_wall
-from scenarios.study.scenes.partly_hidden import partly_hidden
-from scenarios.study.scenes.scene_parts import BEFORE_S
-from scenarios.study.scenes.standing_car import standing_car
-from sensor_model.lidar import Lidar
-from sensor_model.rig.rig import load_rig
-from sim.scripted.scripted_source import ScriptedSource
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.study.scenes.hidden_behind_wall import BRAKING_MPS2, SIDEWAYS_MPS2, hidden_behind_wall
+from luxloop.scenarios.study.scenes.partly_hidden import partly_hidden
+from luxloop.scenarios.study.scenes.scene_parts import BEFORE_S
+from luxloop.scenarios.study.scenes.standing_car import standing_car
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sim.scripted.scripted_source import ScriptedSource
 
 CAR = 1
 SIDE_LEFT = 2

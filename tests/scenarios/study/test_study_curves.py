@@ -7,18 +7,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scenarios.statistics.bounded_mean import mid_p_interval
-from scenarios.study.curves import differences, estimates, levels, measured
-from scenarios.study.figures import picture
-from scenarios.study.point_runs import point_runs
-from scenarios.study.seed_dots import seed_dots
-from scenarios.study.study_file import Study
-from scenarios.study.study_page import REPORT, numbers, report
-from scenarios.study.sweep_runs import Sweep
+from luxloop.scenarios.statistics.bounded_mean import mid_p_interval
+from luxloop.scenarios.study.curves import differences, estimates, levels, measured
+from luxloop.scenarios.study.figures import picture
+from luxloop.scenarios.study.point_runs import point_runs
+from luxloop.scenarios.study.seed_dots import seed_dots
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.study_page import REPORT, numbers, report
+from luxloop.scenarios.study.sweep_runs import Sweep
 
 STUDY = """
 description = "How long, and at which speed & <manner>."
-scenario = "scenarios.study.staged:hidden_behind_wall"
+scenario = "luxloop.scenarios.study.staged:hidden_behind_wall"
 seeds = 3
 [[vary]]
 key = "occlusion_s"
@@ -226,9 +226,9 @@ def test_a_study_without_completed_runs_has_a_page(study, rows, tmp_path):
 
 def test_shipped_studies_are_valid_and_small_enough():
     """Each takes at most ten minutes on two cores; measured processor time per run, plus 25 %."""
-    from scenarios.files import shipped
-    from scenarios.search.thresholds import settings_of
-    from scenarios.study import design
+    from luxloop.scenarios.files import shipped
+    from luxloop.scenarios.search.thresholds import settings_of
+    from luxloop.scenarios.study import design
 
     seconds = {"hidden_behind_wall": 1.3, "partly_hidden": 1.4, "standing_car": 0.4, "fault-free": 3.8}
     seconds |= dict.fromkeys(("behind_row", "hidden_with_failed_unit", "passed_by_bus"), 1.5)
@@ -241,7 +241,7 @@ def test_shipped_studies_are_valid_and_small_enough():
             runs = loaded.threshold.runs * len(settings_of(loaded, loaded.threshold))
         else:
             assert loaded.curve
-            runs = len(design.runs(loaded, "tracker.tracker:Tracker"))
+            runs = len(design.runs(loaded, "luxloop.tracker.tracker:Tracker"))
         assert runs * seconds[loaded.scenario.rpartition(":")[2]] / 2 < 600.0
 
 

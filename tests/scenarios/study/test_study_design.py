@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from support.sweeps import small_study
 
-from scenarios.errors import StudyError
-from scenarios.files.shipped import CATALOG
-from scenarios.run import device
-from scenarios.study.design import combinations, runs
-from scenarios.study.keys import parse, with_values
-from scenarios.study.study_file import Study, find
+from luxloop.scenarios.errors import StudyError
+from luxloop.scenarios.files.shipped import CATALOG
+from luxloop.scenarios.run import device
+from luxloop.scenarios.study.design import combinations, runs
+from luxloop.scenarios.study.keys import parse, with_values
+from luxloop.scenarios.study.study_file import Study, find
 
 GRID = """
 [[vary]]

@@ -6,13 +6,13 @@ from pathlib import Path
 from support.paths import DOCS
 from support.scripts import load_script
 
-from scenarios.files.scenario import schema_text
-from scenarios.run import device
-from scenarios.study import row_store
-from scenarios.study.design import runs
-from scenarios.study.row_format import FIXED_COLUMNS
-from scenarios.study.study_file import Study
-from scenarios.study.study_page import REPORT
+from luxloop.scenarios.files.scenario import schema_text
+from luxloop.scenarios.run import device
+from luxloop.scenarios.study import row_store
+from luxloop.scenarios.study.design import runs
+from luxloop.scenarios.study.row_format import FIXED_COLUMNS
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.study_page import REPORT
 
 SCENARIO_PAGE = DOCS / "scenario-files.md"
 """Page of the tables that scenario and study files share."""

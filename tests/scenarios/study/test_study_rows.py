@@ -10,15 +10,16 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from scenarios.errors import OutputError
-from scenarios.study.row_store import RowStore
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.study.row_store import RowStore
 
 PARAMETERS = {"gap_m": [4.0, 8], "manoeuvre": ["brakes", "keeps speed"]}
 
 
 def row(key: str, **more: object) -> dict[str, object]:
     return {
-        "index": 0, "key": key, "seed": 1, "tracker": "tracker.tracker:Tracker", "gap_m": 4, "manoeuvre": "brakes",
+        "index": 0, "key": key, "seed": 1, "tracker": "luxloop.tracker.tracker:Tracker", "gap_m": 4,
+        "manoeuvre": "brakes",
         "status": "passed", "error": "", "trace_hash": f"hash of {key}", "frames": 10, "wall_s": 0.1,
         "track.hota": 1 / 3, "track.id_switches": None, **more,
     }  # fmt: skip

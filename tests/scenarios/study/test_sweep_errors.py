@@ -7,17 +7,17 @@ import pytest
 from support.dask_cluster import worker_thread
 from support.sweeps import rows, small_study, sweep
 
-from scenarios.cli import main
-from scenarios.errors import InputError, OutputError, StudyError
-from scenarios.run import device
-from scenarios.run.versions import installed
-from scenarios.study.design import runs
-from scenarios.study.study_file import Study
-from scenarios.study.worker import carry_out
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import InputError, OutputError, StudyError
+from luxloop.scenarios.run import device
+from luxloop.scenarios.run.versions import installed
+from luxloop.scenarios.study.design import runs
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.worker import carry_out
 
 TRACKER = """\
 import os, signal
-from tracker.tracker import Tracker
+from luxloop.tracker.tracker import Tracker
 
 def failing(config):
     if config.segmentation.points_min == 4:

@@ -26,20 +26,20 @@ from support.sweeps import (
     wait_for_rows,
 )
 
-from scenarios.cli import main
-from scenarios.grading.metric_names import METRICS
-from scenarios.run import device
-from scenarios.study import dask_runs, design, sweep_plan
-from scenarios.study.design import runs
-from scenarios.study.row_merge import BUCKET
-from scenarios.study.row_store import RowStore
-from scenarios.study.study_file import Study
-from scenarios.study.sweep_plan import SweepPlan
-from scenarios.study.sweep_runs import columns
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.run import device
+from luxloop.scenarios.study import dask_runs, design, sweep_plan
+from luxloop.scenarios.study.design import runs
+from luxloop.scenarios.study.row_merge import BUCKET
+from luxloop.scenarios.study.row_store import RowStore
+from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.sweep_plan import SweepPlan
+from luxloop.scenarios.study.sweep_runs import columns
 
 STAGED = """\
 description = "Many combinations of a staged scene."
-scenario = "scenarios.study.staged:hidden_behind_wall"
+scenario = "luxloop.scenarios.study.staged:hidden_behind_wall"
 seeds = {seeds}
 fixed = {{ speed_mps = 10.0 }}
 vary = [{{ key = "occlusion_s", low = 0.3, high = 3.0, steps = {steps} }}]
@@ -265,7 +265,7 @@ def test_the_memory_of_a_sweep_of_a_hundred_thousand_runs_is_below_one_gigabyte(
             store.add_lines([run.key for run in planned], lines)
     assert (tmp_path / "out" / "runs.jsonl").stat().st_size > GB
     for _ in range(2):  # from the log, and from the merged rows
-        command = [sys.executable, "-m", "scenarios", "sweep", path.name, "--out", "out", "--json"]
+        command = [sys.executable, "-m", "luxloop", "sweep", path.name, "--out", "out", "--json"]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         process = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
         output, peak = process.stdout.read(), 0.0

@@ -9,7 +9,7 @@ import pytest
 from support.dask_cluster import cluster
 from support.sweeps import end, rows, sequential_hashes, small_study, start, sweep, wait_for_rows
 
-from scenarios.cli import main
+from luxloop.scenarios.cli import main
 
 
 @pytest.mark.slow
@@ -38,7 +38,7 @@ def test_an_external_cluster_gives_the_same_rows_until_its_scheduler_dies(tmp_pa
 @pytest.mark.parametrize("accepts", [False, True])
 def test_an_unresponsive_scheduler_is_an_error(tmp_path: Path, monkeypatch, capfd, accepts: bool):
     monkeypatch.chdir(small_study(tmp_path).parent)
-    monkeypatch.setattr("scenarios.study.dask_runs.TIMEOUT_S", 0.5)
+    monkeypatch.setattr("luxloop.scenarios.study.dask_runs.TIMEOUT_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"127.0.0.1:{server.getsockname()[1]}"
         if not accepts:

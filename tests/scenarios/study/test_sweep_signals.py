@@ -9,7 +9,7 @@ from pathlib import Path
 CLUSTER = """
 from multiprocessing import resource_tracker
 from pathlib import Path
-from scenarios.study import dask_runs
+from luxloop.scenarios.study import dask_runs
 
 if __name__ == "__main__":
     with dask_runs.connect(1, None) as client:

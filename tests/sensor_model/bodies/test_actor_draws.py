@@ -8,13 +8,13 @@ import numpy as np
 from support.independence import dependence
 from support.sensor_scenes import ActorSpec, world
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyFactory
-from sim.actor_key import Stream, actor_rng
-from sim.roster import Roster
-from sim.scripted.script import ScriptedActor, ScriptedEgo
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.world import Kind
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.scene import BodyFactory
+from luxloop.sim.actor_key import Stream, actor_rng
+from luxloop.sim.roster import Roster
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.world import Kind
 
 SUMO_CAR = (5.0, 1.8, 1.5)
 """[m] A default size, which is redrawn."""

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from support.sensor_scenes import STILL, ActorSpec, world
 from support.solid_mesh import corners, pieces
 
-from sensor_model.bodies.materials import TYRE_REFLECTIVITY, Glass
-from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.scene import Bodies, BodyFactory
-from sensor_model.bodies.shapes import SHAPES
-from sensor_model.truth import Part
-from sim.world import Kind
+from luxloop.sensor_model.bodies.materials import TYRE_REFLECTIVITY, Glass
+from luxloop.sensor_model.bodies.proportions import Draw
+from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
+from luxloop.sensor_model.bodies.shapes import SHAPES
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.world import Kind
 
 VEHICLES = [kind for kind in Kind if kind not in (Kind.PEDESTRIAN, Kind.OBSTACLE)]
 WITH_MIRRORS = [kind for kind in VEHICLES if kind is not Kind.BICYCLE]

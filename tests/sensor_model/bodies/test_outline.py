@@ -7,11 +7,11 @@ import pytest
 from support.sensor_scenes import ActorSpec, world
 from support.solid_mesh import corners, pieces
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyFactory
-from sensor_model.bodies.shapes import SHAPES
-from sensor_model.truth import Part
-from sim.world import Kind
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.scene import BodyFactory
+from luxloop.sensor_model.bodies.shapes import SHAPES
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.world import Kind
 
 
 def place(*specs, plain=False, seed=3):

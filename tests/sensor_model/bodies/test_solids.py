@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensor_model.bodies.solids import Plane, box
-from sensor_model.truth import Part
+from luxloop.sensor_model.bodies.solids import Plane, box
+from luxloop.sensor_model.truth import Part
 
 LIMITS = (1.0, 1.2), (-0.3, 0.5), (0.2, 0.9)
 

@@ -25,18 +25,18 @@ from support.sensor_scenes import (
 )
 from support.solid_mesh import corners
 
-from sensor_model.bodies.tilt import tilt_rotations
-from sensor_model.lidar import Lidar
-from sensor_model.noise.attitude import Attitude, AttitudeNoise
-from sensor_model.noise.random_draws import Draws
-from sensor_model.raycaster import Raycaster
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.unit import Fan
-from sensor_model.truth import Part
-from sim.scripted.motions import Straight
-from sim.scripted.script import ScriptedEgo
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.world import Kind
+from luxloop.sensor_model.bodies.tilt import tilt_rotations
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.attitude import Attitude, AttitudeNoise
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.truth import Part
+from luxloop.sim.scripted.motions import Straight
+from luxloop.sim.scripted.script import ScriptedEgo
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.world import Kind
 
 FAN = (Fan((0, 1, 2), 9.0, -9.0, 0.5, (100.0,)),)
 LEVEL = np.zeros(2)

@@ -22,16 +22,16 @@ from support.sensor_scenes import (
     world,
 )
 
-from sensor_model.bodies.walls import STRIDE, NearbyWalls, walls_of
-from sensor_model.kernels.culling import rig_reach
-from sensor_model.kernels.records import EgoDrive
-from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import KINDS
-from sensor_model.raycaster import Raycaster
-from sensor_model.rig.unit import Fan
-from sensor_model.truth import Cause, Part
-from sim.obstacles import build, obstacles
-from sim.world import Kind, Obstacles
+from luxloop.sensor_model.bodies.walls import STRIDE, NearbyWalls, walls_of
+from luxloop.sensor_model.kernels.culling import rig_reach
+from luxloop.sensor_model.kernels.records import EgoDrive
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise.noise_config import KINDS
+from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.rig.unit import Fan
+from luxloop.sensor_model.truth import Cause, Part
+from luxloop.sim.obstacles import build, obstacles
+from luxloop.sim.world import Kind, Obstacles
 
 FRONT_UNITS_X = 3.55 - 1.385
 """[m] Position of the two forward units, at a height of 0.55 m."""

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis.extra import numpy as arrays
 from support.real_data import real_file
 
-from sensor_model.formats.lux_scan_message import LuxHeader, LuxMessage, decode, encode
+from luxloop.sensor_model.formats.lux_scan_message import LuxHeader, LuxMessage, decode, encode
 
 HEADER = bytes.fromhex(
     "3930"  # scan number 12345

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.sensor_scenes import LUX_RIG, ActorSpec, scan
 
-from sensor_model.formats.lux_scan_message import decode, encode
-from sensor_model.formats.lux_scan_points import points_unit, scan_messages
-from tracker.scan import Scan
+from luxloop.sensor_model.formats.lux_scan_message import decode, encode
+from luxloop.sensor_model.formats.lux_scan_points import points_unit, scan_messages
+from luxloop.tracker.scan import Scan
 
 ELEVATION_DEG = LUX_RIG.mounts[0].model.layer_elevation_deg
 LEFT = LUX_RIG.mounts[2]

@@ -5,8 +5,8 @@ import struct
 import pytest
 from support.real_data import real_file
 
-from sensor_model.formats.lux_scan_message import LuxHeader, decode, encode
-from sensor_model.formats.lux_scan_stream import read_stream, stream_bytes
+from luxloop.sensor_model.formats.lux_scan_message import LuxHeader, decode, encode
+from luxloop.sensor_model.formats.lux_scan_stream import read_stream, stream_bytes
 
 
 def _message(number, points):

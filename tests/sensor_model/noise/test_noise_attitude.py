@@ -7,9 +7,9 @@ import pytest
 import scipy
 from support.noise_scenes import BEAMS
 
-from sensor_model.noise.attitude import Attitude
-from sensor_model.noise.noise_config import AttitudeNoise
-from sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.attitude import Attitude
+from luxloop.sensor_model.noise.noise_config import AttitudeNoise
+from luxloop.sensor_model.noise.random_draws import Draws
 
 ON = AttitudeNoise(True, pitch_sigma_deg=0.5, roll_sigma_deg=0.8)
 FRAME_S = 0.08

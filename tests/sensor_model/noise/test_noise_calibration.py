@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from support.noise_scenes import BEAMS, RIG
 
-from sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
-from sensor_model.noise.noise_config import CalibrationError
-from sensor_model.noise.random_draws import Draws
-from sensor_model.rig.beams import beam_table, unit_table
+from luxloop.sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
+from luxloop.sensor_model.noise.noise_config import CalibrationError
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.rig.beams import beam_table, unit_table
 
 ON = CalibrationError(True)
 UNITS = BEAMS.units

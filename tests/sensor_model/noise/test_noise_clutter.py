@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from support import naive_noise
 from support.noise_scenes import ALL, BEAMS, HARD, RIG, healthy, returns, thresholds, within
 
-from sensor_model.kernels.noise import rare_beams, separate_echoes
-from sensor_model.noise.clutter_mixing import merge, unit_beams, weak_clutter
-from sensor_model.noise.false_alarms import false_alarms, wrong_flags
-from sensor_model.noise.noise_config import (
+from luxloop.sensor_model.kernels.noise import rare_beams, separate_echoes
+from luxloop.sensor_model.noise.clutter_mixing import merge, unit_beams, weak_clutter
+from luxloop.sensor_model.noise.false_alarms import false_alarms, wrong_flags
+from luxloop.sensor_model.noise.noise_config import (
     Dirt,
     DirtSector,
     Dropout,
@@ -24,12 +24,12 @@ from sensor_model.noise.noise_config import (
     Rain,
     Sun,
 )
-from sensor_model.noise.rain import drops, extinction
-from sensor_model.noise.random_draws import Draws
-from sensor_model.returns import NOTHING
-from sensor_model.rig.beams import beam_table
-from sensor_model.truth import Cause, Part
-from tracker.scan import PointFlag
+from luxloop.sensor_model.noise.rain import drops, extinction
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.returns import NOTHING
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.truth import Cause, Part
+from luxloop.tracker.scan import PointFlag
 
 OPEN = np.full(len(BEAMS), np.inf)
 SIDE_LEFT_OUT = NoiseConfig(dropout=HARD, outage=Outage(True, fixed=(FixedOutage("side left", 0.0, 9.0),)))

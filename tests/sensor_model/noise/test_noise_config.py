@@ -4,8 +4,8 @@ from dataclasses import fields, replace
 
 import pytest
 
-from sensor_model.noise import noise_config as noise
-from sensor_model.noise.noise_config import KINDS, NoiseConfig
+from luxloop.sensor_model.noise import noise_config as noise
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
 
 NAN, INF = float("nan"), float("inf")
 

@@ -8,13 +8,13 @@ import scipy
 from support.naive_noise import soft_threshold
 from support.noise_scenes import ALL, BEAMS, HARD, NAMES, thresholds, within
 
-from sensor_model.noise.detection import DetectionThresholds, loss_causes
-from sensor_model.noise.noise_config import Dirt, DirtSector, Dropout, FixedOutage, NoiseConfig, Outage, Sun
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.noise.thresholds import Thresholds
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import Loss
+from luxloop.sensor_model.noise.detection import DetectionThresholds, loss_causes
+from luxloop.sensor_model.noise.noise_config import Dirt, DirtSector, Dropout, FixedOutage, NoiseConfig, Outage, Sun
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.noise.thresholds import Thresholds
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import Loss
 
 K = BEAMS.units.threshold[0]
 HALF = Dirt(True, (DirtSector("front left", -5.0, 10.0, transmission=0.7),))

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from support.naive_noise import mirrored_ray, moved
 from support.noise_scenes import ALL, BEAMS, context, returns
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyFactory
-from sensor_model.kernels.mirrors import bright_mirrors
-from sensor_model.kernels.records import BeamAxes, EgoDrive, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
-from sensor_model.noise.ghosts import Mirrored, Mirrors
-from sensor_model.noise.noise_config import Ghost
-from sensor_model.truth import Cause, Part
-from sim.world import Actors, Ego, Kind, WorldFrame
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.scene import BodyFactory
+from luxloop.sensor_model.kernels.mirrors import bright_mirrors
+from luxloop.sensor_model.kernels.records import BeamAxes, EgoDrive, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
+from luxloop.sensor_model.noise.ghosts import Mirrored, Mirrors
+from luxloop.sensor_model.noise.noise_config import Ghost
+from luxloop.sensor_model.truth import Cause, Part
+from luxloop.sim.world import Actors, Ego, Kind, WorldFrame
 
 PERFECT = Ghost(glass_quality=1.0, paint_quality=1.0)
 NOW = np.zeros(len(BEAMS))

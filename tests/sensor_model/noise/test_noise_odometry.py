@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from sensor_model.noise.odometry_drift import OdometryNoise
-from sensor_model.noise.random_draws import Draws
-from sensor_model.odometry import Odometry
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.noise.odometry_drift import OdometryNoise
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.odometry import Odometry
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import load_rig
 
 DT = 0.08
 

@@ -7,10 +7,10 @@ import pytest
 from support.naive_noise import silent_unit
 from support.noise_scenes import BEAMS, NAMES, within
 
-from sensor_model.kernels.noise import silent_units
-from sensor_model.noise.noise_config import FixedOutage, Outage
-from sensor_model.noise.outage import TICK_S, Outages, transitions
-from sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.kernels.noise import silent_units
+from luxloop.sensor_model.noise.noise_config import FixedOutage, Outage
+from luxloop.sensor_model.noise.outage import TICK_S, Outages, transitions
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 
 FRAME_S = 0.08
 OFTEN = Outage(True, mean_uptime_s=20.0, mean_outage_s=2.0)

@@ -7,9 +7,9 @@ import pytest
 import scipy
 from support.noise_scenes import ALL, BEAMS, within
 
-from sensor_model.noise.noise_config import NoiseConfig, Outliers, RangeNoise
-from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import echo_places, measure_ranges, measure_widths
+from luxloop.sensor_model.noise.noise_config import NoiseConfig, Outliers, RangeNoise
+from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.ranging import echo_places, measure_ranges, measure_widths
 
 REAL = np.ones(len(ALL), np.bool_)
 TWENTY = np.full(len(ALL), 20.004)

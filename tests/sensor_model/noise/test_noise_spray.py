@@ -13,16 +13,16 @@ from support.independence import dependence
 from support.naive_noise import cluster_echo
 from support.noise_scenes import BEAMS, HARD, context, healthy, thresholds, within
 
-from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyFactory
-from sensor_model.noise.noise_config import FixedOutage, NoiseConfig, Outage, Spray
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.noise.spray import CYCLE_S, Clusters, clusters, spray_echoes
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import load_rig
-from sensor_model.truth import Cause, Part
-from sim.world import Actors, Ego, Kind, WorldFrame
-from tracker.scan import PointFlag
+from luxloop.sensor_model.bodies.materials import Glass
+from luxloop.sensor_model.bodies.scene import BodyFactory
+from luxloop.sensor_model.noise.noise_config import FixedOutage, NoiseConfig, Outage, Spray
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.noise.spray import CYCLE_S, Clusters, clusters, spray_echoes
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import load_rig
+from luxloop.sensor_model.truth import Cause, Part
+from luxloop.sim.world import Actors, Ego, Kind, WorldFrame
+from luxloop.tracker.scan import PointFlag
 
 ON = Spray(True, reach_m=200.0)
 KM_PER_H = 1 / 3.6

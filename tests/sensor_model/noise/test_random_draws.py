@@ -10,10 +10,10 @@ from support.naive_caster import philox4x32
 from support.naive_noise import uniforms
 from support.noise_scenes import ALL, BEAMS, RIG
 
-from sensor_model.kernels.noise import beam_pairs, counter_pairs
-from sensor_model.kernels.philox import philox
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.kernels.noise import beam_pairs, counter_pairs
+from luxloop.sensor_model.kernels.philox import philox
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.rig.beams import beam_table
 
 word = st.integers(0, 2**32 - 1)
 

@@ -10,14 +10,14 @@ from support.independence import dependence
 from support.noise_scenes import BEAMS
 from support.sensor_scenes import ActorSpec, small_unit, walls, world
 
-from sensor_model.kernels import clusters, noise
-from sensor_model.kernels.philox import philox
-from sensor_model.lidar import Lidar
-from sensor_model.noise import dropout, false_alarms, outage, rain, random_draws, spray
-from sensor_model.noise.noise_config import KINDS, NoiseConfig
-from sensor_model.noise.random_draws import Draws, Purpose
-from sensor_model.rig.rig import Mount, Rig
-from sensor_model.sensor_config import SensorConfig
+from luxloop.sensor_model.kernels import clusters, noise
+from luxloop.sensor_model.kernels.philox import philox
+from luxloop.sensor_model.lidar import Lidar
+from luxloop.sensor_model.noise import dropout, false_alarms, outage, rain, random_draws, spray
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
+from luxloop.sensor_model.noise.random_draws import Draws, Purpose
+from luxloop.sensor_model.rig.rig import Mount, Rig
+from luxloop.sensor_model.sensor_config import SensorConfig
 
 USERS = {
     random_draws: ("beam_pairs", "counter_pairs"),

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sensor_model.rig.beams import beam_table, sweep_limits
-from sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_unit
+from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
+from luxloop.sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_unit
 
 LUX_RIG = load_rig("srx_six_lux", Path())
 LUX = beam_table(LUX_RIG)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from support.paths import DOCS
 
-from sensor_model.rig.beams import beam_table
-from sensor_model.rig.rig import SHIPPED, RigError, load_rig, load_unit
+from luxloop.sensor_model.rig.beams import beam_table
+from luxloop.sensor_model.rig.rig import SHIPPED, RigError, load_rig, load_unit
 
 PAGE = (DOCS / "rig-files.md").read_text(encoding="utf-8")
 RIGS = sorted(path.stem for path in (SHIPPED / "rigs").glob("*.toml"))

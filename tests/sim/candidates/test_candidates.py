@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from sim.candidates.candidate_log import CandidateLog
-from sim.candidates.line_of_sight import count_blocked, count_near
-from sim.candidates.moment import Body, Moment
-from sim.candidates.want import Want
+from luxloop.sim.candidates.candidate_log import CandidateLog
+from luxloop.sim.candidates.line_of_sight import count_blocked, count_near
+from luxloop.sim.candidates.moment import Body, Moment
+from luxloop.sim.candidates.want import Want
 
 
 def body(name, *, graded=True, rejected=False):
@@ -75,7 +75,7 @@ def test_blocked_lines_equal_those_by_sampling(monkeypatch):
     # a sampled line may miss the corner of a box
     assert np.abs(count_blocked(pose, size, everyone, 40.0) - expected).sum() <= 0.003 * expected.sum()
     whole = count_blocked(pose, size, everyone, 40.0)
-    monkeypatch.setattr("sim.candidates.line_of_sight.CHUNK", 100)
+    monkeypatch.setattr("luxloop.sim.candidates.line_of_sight.CHUNK", 100)
     assert (count_blocked(pose, size, everyone, 40.0) == whole).all()
 
 

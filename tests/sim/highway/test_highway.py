@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from support.traffic import frames, play
 
-from sim.highway.highway_config import HighwayTraffic
-from sim.highway.highway_source import HighwaySource
-from sim.physical.physical_config import PhysicalConfig
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.highway.highway_source import HighwaySource
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 
 RAW = PhysicalConfig(smoothing_s=0.0, lookahead_s=0.0)
 CONTINUOUS = {"vehicles_count": 0, "action": {"type": "ContinuousAction"}}

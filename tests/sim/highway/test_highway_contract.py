@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from support.traffic import documented_environments, frames, registered_environments
 
-from sim.highway.highway_config import HighwayTraffic
-from sim.highway.highway_source import HighwaySource
-from sim.kinematics import wrap_angle
-from sim.roster import EGO_ID
-from sim.source import EgoCommand, TrafficEndedError
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.highway.highway_source import HighwaySource
+from luxloop.sim.kinematics import wrap_angle
+from luxloop.sim.roster import EGO_ID
+from luxloop.sim.source import EgoCommand, TrafficEndedError
 
 ALL_IDS = documented_environments()
 FRAMES, MANY = 80, 200

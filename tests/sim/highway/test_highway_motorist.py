@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from support.traffic import frames
 
-from scenarios.grading.truth_events.bodies import Bodies
-from scenarios.grading.truth_events.body_motion import MotionHistory
-from scenarios.grading.truth_events.event_limits import exceedance
-from sim.highway.environment import environments
-from sim.highway.highway_config import HighwayTraffic
-from sim.highway.highway_source import HighwaySource
+from luxloop.scenarios.grading.truth_events.bodies import Bodies
+from luxloop.scenarios.grading.truth_events.body_motion import MotionHistory
+from luxloop.scenarios.grading.truth_events.event_limits import exceedance
+from luxloop.sim.highway.environment import environments
+from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.highway.highway_source import HighwaySource
 
-MOTORIST = {"other_vehicles_type": "sim.highway.motorist.Motorist"}
+MOTORIST = {"other_vehicles_type": "luxloop.sim.highway.motorist.Motorist"}
 DENSE = {"lanes_count": 4, "vehicles_count": 20, "vehicles_density": 2.0}
 RUNS = {"highway-v0": DENSE, "roundabout-v1": {}, "merge-v0": {}, "u-turn-v0": {}, "intersection-v0": {}}
 

@@ -8,8 +8,8 @@ from scipy.special import fresnel
 from support.real_data import real_file
 from support.storyboards import lane, network, road, section
 
-from sim.opendrive.road_network import read_network
-from sim.source import TrafficInputError
+from luxloop.sim.opendrive.road_network import read_network
+from luxloop.sim.source import TrafficInputError
 
 
 def geometry(shape, length=100, s=0, x=0, y=0, heading=0):

@@ -5,12 +5,12 @@ import shlex
 
 from support.paths import DOCS, EXAMPLES, ROOT
 
-from scenarios.files.scenario import Scenario
-from sim.openscenario.catalogs import CATALOGS, KINDS
-from sim.openscenario.condition_elements import QUANTITIES
-from sim.openscenario.expressions import _FUNCTIONS
-from sim.openscenario.openscenario_source import OpenScenarioSource
-from sim.openscenario.transitions import SHAPES
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.openscenario.catalogs import CATALOGS, KINDS
+from luxloop.sim.openscenario.condition_elements import QUANTITIES
+from luxloop.sim.openscenario.expressions import _FUNCTIONS
+from luxloop.sim.openscenario.openscenario_source import OpenScenarioSource
+from luxloop.sim.openscenario.transitions import SHAPES
 
 PAGE = (DOCS / "openscenario.md").read_text(encoding="utf-8")
 

@@ -9,15 +9,15 @@ from support.paths import EXAMPLES
 from support.real_data import real_file
 from support.storyboards import STEP_S, first_time
 
-from scenarios.errors import ScenarioError
-from scenarios.files.scenario import Scenario
-from sim.opendrive.road_network import read_network
-from sim.openscenario.openscenario_config import OpenScenarioTraffic
-from sim.openscenario.openscenario_source import OpenScenarioSource
-from sim.openscenario.storyboard_elements import read_storyboard
-from sim.openscenario.storyboard_run import StoryboardRun
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.world import Kind
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.opendrive.road_network import read_network
+from luxloop.sim.openscenario.openscenario_config import OpenScenarioTraffic
+from luxloop.sim.openscenario.openscenario_source import OpenScenarioSource
+from luxloop.sim.openscenario.storyboard_elements import read_storyboard
+from luxloop.sim.openscenario.storyboard_run import StoryboardRun
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from luxloop.sim.world import Kind
 
 PUBLIC = "openscenario/xosc/{}.xosc"
 

@@ -16,7 +16,7 @@ from support.storyboards import (
     trigger,
 )
 
-from sim.source import TrafficInputError
+from luxloop.sim.source import TrafficInputError
 
 EGO = {"Ego": at(50) + speed(20)}
 ROUTE = "<PrivateAction><RoutingAction><AssignRouteAction/></RoutingAction></PrivateAction>"

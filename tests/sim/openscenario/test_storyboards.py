@@ -22,7 +22,7 @@ from support.storyboards import (
     trigger,
 )
 
-from sim.openscenario.expressions import resolved
+from luxloop.sim.openscenario.expressions import resolved
 
 CAR = {"Ego": at(50) + speed(20)}
 TWO = CAR | {"Lead": at(100) + speed(10)}

@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 from support import naive_physical
 from support.naive_rolling import follow
 
-from sim.articulation import hitch
-from sim.kinematics import RawFrame, wrap_angle
-from sim.physical.body_tables import REAR_AXLE
-from sim.physical.layer import PhysicalTruth
-from sim.physical.physical_config import PhysicalConfig
-from sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
-from sim.roster import Roster
-from sim.scripted.motions import Arc, LaneChange, StopAndGo, Straight, state_at
-from sim.world import Kind
+from luxloop.sim.articulation import hitch
+from luxloop.sim.kinematics import RawFrame, wrap_angle
+from luxloop.sim.physical.body_tables import REAR_AXLE
+from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
+from luxloop.sim.roster import Roster
+from luxloop.sim.scripted.motions import Arc, LaneChange, StopAndGo, Straight, state_at
+from luxloop.sim.world import Kind
 
 DT = 0.08
 SIZE = (4.6, 1.8, 1.5)

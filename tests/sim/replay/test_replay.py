@@ -5,14 +5,14 @@ import pandas as pd
 import pytest
 from support.traffic import frames, play
 
-from sim.physical.body_tables import REAR_AXLE
-from sim.reflectivity import paint_reflectivity
-from sim.replay.replay_config import ReplayTraffic
-from sim.replay.replay_source import ReplaySource
-from sim.scripted.motions import Arc, LaneChange, Straight, state_at
-from sim.scripted.script import ScriptedObstacle
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.world import Kind, Mode
+from luxloop.sim.physical.body_tables import REAR_AXLE
+from luxloop.sim.reflectivity import paint_reflectivity
+from luxloop.sim.replay.replay_config import ReplayTraffic
+from luxloop.sim.replay.replay_source import ReplaySource
+from luxloop.sim.scripted.motions import Arc, LaneChange, Straight, state_at
+from luxloop.sim.scripted.script import ScriptedObstacle
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from luxloop.sim.world import Kind, Mode
 
 DT = 0.08
 

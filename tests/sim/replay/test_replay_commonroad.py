@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from support.traffic import frames
 
-from sim.replay.commonroad import read_commonroad
-from sim.replay.recording import ReplayType
-from sim.replay.replay_config import ReplayTraffic
-from sim.replay.replay_source import ReplaySource
-from sim.source import TrafficInputError
-from sim.world import Kind
+from luxloop.sim.replay.commonroad import read_commonroad
+from luxloop.sim.replay.recording import ReplayType
+from luxloop.sim.replay.replay_config import ReplayTraffic
+from luxloop.sim.replay.replay_source import ReplaySource
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.world import Kind
 
 pytest.importorskip("commonroad", reason="the extra luxloop[commonroad] is not installed")
 

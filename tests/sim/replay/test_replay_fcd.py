@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from support.paths import CATALOG
 
-from sim.replay.fcd import read_fcd
-from sim.replay.recording import ReplayType
-from sim.replay.trajectories import Trajectories
-from sim.source import TrafficInputError
-from sim.world import Kind
+from luxloop.sim.replay.fcd import read_fcd
+from luxloop.sim.replay.recording import ReplayType
+from luxloop.sim.replay.trajectories import Trajectories
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.world import Kind
 
 CROSSING = CATALOG / "urban" / "sumo-crossing"
 WALKERS = """<routes><route id="east" edges="west_in east_out"/>

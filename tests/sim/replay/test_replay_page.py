@@ -8,14 +8,14 @@ import pytest
 from support.paths import ROOT
 from support.traffic import frames
 
-from scenarios.files.scenario import Scenario
-from sim.replay.commonroad import STREET_HEIGHT
-from sim.replay.recording import KIND_BY_NAME
-from sim.replay.recording_files import read_recording
-from sim.replay.replay_source import ReplaySource
-from sim.replay.track_tables import OPTIONAL, REQUIRED
-from sim.replay.trajectories import FASTEST, JUMP
-from sim.world import Kind
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.replay.commonroad import STREET_HEIGHT
+from luxloop.sim.replay.recording import KIND_BY_NAME
+from luxloop.sim.replay.recording_files import read_recording
+from luxloop.sim.replay.replay_source import ReplaySource
+from luxloop.sim.replay.track_tables import OPTIONAL, REQUIRED
+from luxloop.sim.replay.trajectories import FASTEST, JUMP
+from luxloop.sim.world import Kind
 
 PAGE = (ROOT / "docs" / "replay-files.md").read_text(encoding="utf-8")
 EXAMPLE = ROOT / "scenarios" / "catalog" / "urban" / "replayed-crossing.toml"

@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sim.replay.recording import ReplayType
-from sim.replay.track_tables import read_table
-from sim.scripted.script import SIZE_BY_KIND
-from sim.source import TrafficInputError
-from sim.world import Kind
+from luxloop.sim.replay.recording import ReplayType
+from luxloop.sim.replay.track_tables import read_table
+from luxloop.sim.scripted.script import SIZE_BY_KIND
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.world import Kind
 
 FULL = """\
 time_s,id,x_m,y_m,yaw_deg,length_m,width_m,height_m,kind,reflectivity,lane

@@ -6,10 +6,10 @@ import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.replay.recording import Recording, RoadUser
-from sim.replay.trajectories import Trajectories
-from sim.source import TrafficInputError
-from sim.world import Kind
+from luxloop.sim.replay.recording import Recording, RoadUser
+from luxloop.sim.replay.trajectories import Trajectories
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.world import Kind
 
 
 def recording(*tracks):

@@ -11,12 +11,12 @@ from shapely.geometry import LineString, Polygon
 from support.paths import CATALOG
 from support.traffic import frames
 
-from scenarios.files.scenario import Scenario
-from sim.scripted.motions import Arc, LaneChange, Spin, Static, StopAndGo, Straight, state_at
-from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
-from sim.world import Kind
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.scripted.motions import Arc, LaneChange, Spin, Static, StopAndGo, Straight, state_at
+from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
+from luxloop.sim.world import Kind
 
 # x, y, yaw of the six units in the ego frame: sensor facts 1.4, moved from the rear axle, 1.385 m behind the centre
 UNITS = [

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from support.paths import CATALOG
 
-from sim.candidates.candidate_log import CandidateLog
-from sim.source import TrafficEndedError, TrafficInputError
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
-from sim.sumo.survey import SumoSurvey
+from luxloop.sim.candidates.candidate_log import CandidateLog
+from luxloop.sim.source import TrafficEndedError, TrafficInputError
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.sumo.survey import SumoSurvey
 
 CROSSING = CATALOG / "urban/sumo-crossing/crossing.net.xml"
 TYPES = """<vType id="calm" sigma="0" speedDev="0"/><vType id="tram" vClass="tram"/><vType id="bike" vClass="bicycle"/>

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from support.paths import NETS
 
-from scenarios.grading.truth_events.event_log import EventLog
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.scenarios.grading.truth_events.event_log import EventLog
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 BUS = """<vType id="bus" vClass="bus" length="12" width="2.5" sigma="0" speedDev="0"/>
 <vehicle id="ego" depart="0" departPos="4" departLane="{lane}" departSpeed="0"><route edges="{edge}"/>

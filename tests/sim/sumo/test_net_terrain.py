@@ -9,11 +9,11 @@ import pytest
 from support.nets import source_on
 from support.paths import CATALOG, NETS
 
-from sim.source import TrafficInputError
-from sim.sumo.lane_heights import lane_sections
-from sim.sumo.net_terrain import BRIDGES, net_terrain
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.sumo.lane_heights import lane_sections
+from luxloop.sim.sumo.net_terrain import BRIDGES, net_terrain
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 RAMP = CATALOG / "urban/ramp"
 FOOT_M, CREST_M, TOP_M = 200.0, 350.0, 9.0

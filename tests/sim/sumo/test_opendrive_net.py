@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from support.paths import CATALOG
 
-from scenarios.errors import ScenarioError
-from scenarios.files.scenario import Scenario
-from sim.source import TrafficInputError
-from sim.sumo.input_checks import clean_up
-from sim.sumo.opendrive_net import _netconvert, _reason, converted
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.sumo.input_checks import clean_up
+from luxloop.sim.sumo.opendrive_net import _netconvert, _reason, converted
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 CROSSING = CATALOG / "urban" / "sumo-crossing"
 EDGES = {"east": "50 51", "north": "52 53", "south": "54 55", "west": "56 57"}

@@ -10,12 +10,12 @@ import pytest
 from support.paths import CATALOG
 from support.traffic import frames, play
 
-from scenarios.files.scenario import Scenario
-from sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
-from sim.sumo.vehicle_kinds import kind_of_shape
-from sim.world import Kind
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.sumo.vehicle_kinds import kind_of_shape
+from luxloop.sim.world import Kind
 
 CROSSING = CATALOG / "urban" / "sumo-crossing"
 NET = CROSSING / "crossing.net.xml"

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from support.paths import CATALOG, NETS
 
-from scenarios.grading.truth_events.event_log import EventLog
-from sim.physical.physical_config import PhysicalConfig
-from sim.process.process_source import ProcessSource
-from sim.source import EgoCommand, TrafficEndedError
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
+from luxloop.scenarios.grading.truth_events.event_log import EventLog
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.process.process_source import ProcessSource
+from luxloop.sim.source import EgoCommand, TrafficEndedError
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
 
 CROSSING = CATALOG / "urban/sumo-crossing/crossing.net.xml"
 NO_LINKS = NETS / "no-links/no-links.net.xml"

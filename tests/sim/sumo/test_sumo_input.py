@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from support.paths import NETS
 
-from sim.source import TrafficInputError
-from sim.sumo.error_messages import captured_stderr, one_line
-from sim.sumo.input_checks import input_files, is_left_hand, sumo_command
-from sim.sumo.options import is_rejected
-from sim.sumo.roadside import static_obstacles
+from luxloop.sim.source import TrafficInputError
+from luxloop.sim.sumo.error_messages import captured_stderr, one_line
+from luxloop.sim.sumo.input_checks import input_files, is_left_hand, sumo_command
+from luxloop.sim.sumo.options import is_rejected
+from luxloop.sim.sumo.roadside import static_obstacles
 
 NET = NETS / "winding" / "winding.net.xml"
 PROJECTED = NETS / "spreewaldring" / "spreewaldring.net.xml"

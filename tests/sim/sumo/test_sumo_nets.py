@@ -9,7 +9,7 @@ import pytest
 from support.motion_limits import excesses, worst_motion
 from support.nets import TRAFFIC, source_on
 
-from sim.world import Kind
+from luxloop.sim.world import Kind
 
 FRAMES = 200
 RANGE_M = 300.0

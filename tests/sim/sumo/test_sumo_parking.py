@@ -6,9 +6,9 @@ import libsumo
 import pytest
 from support.paths import NETS
 
-from sim.sumo.input_checks import sumo_command
-from sim.sumo.parking import parked_cars
-from sim.world import Kind
+from luxloop.sim.sumo.input_checks import sumo_command
+from luxloop.sim.sumo.parking import parked_cars
+from luxloop.sim.world import Kind
 
 WINDING, LEFT_HAND = NETS / "winding" / "winding.net.xml", NETS / "left-hand" / "left-hand.net.xml"
 

@@ -13,15 +13,15 @@ import pytest
 from support.paths import CATALOG, NETS, ROOT
 from support.traffic import frames, play
 
-from sim.physical.physical_config import PhysicalConfig
-from sim.roster import EGO_ID, Roster
-from sim.source import EgoCommand, TrafficEndedError, TrafficInputError
-from sim.sumo.ego_choice import await_ego
-from sim.sumo.input_checks import clean_up, sumo_command
-from sim.sumo.reader import SumoReader
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
-from sim.world import Kind
+from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.roster import EGO_ID, Roster
+from luxloop.sim.source import EgoCommand, TrafficEndedError, TrafficInputError
+from luxloop.sim.sumo.ego_choice import await_ego
+from luxloop.sim.sumo.input_checks import clean_up, sumo_command
+from luxloop.sim.sumo.reader import SumoReader
+from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.world import Kind
 
 CROSSING = CATALOG / "urban/sumo-crossing/crossing.net.xml"
 AT_ONCE = PhysicalConfig(lookahead_s=0.0)
@@ -493,8 +493,8 @@ def test_runs_do_not_depend_on_hashes_of_names():
     program = f"""
 import hashlib
 from pathlib import Path
-from sim.sumo.sumo_source import SumoSource
-from sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.sumo.sumo_source import SumoSource
+from luxloop.sim.sumo.sumo_config import SumoTraffic
 config = SumoTraffic(net="crossing.net.xml", routes=["crossing.rou.xml"], min_vehicles=8)
 source, digest = SumoSource(config, Path({str(CROSSING.parent)!r}), 150.0), hashlib.sha256()
 source.reset(1)

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from tracker.detection.background import Background, BackgroundConfig, extents
-from tracker.detection.segmentation import keep_only
-from tracker.records import Segments
+from luxloop.tracker.detection.background import Background, BackgroundConfig, extents
+from luxloop.tracker.detection.segmentation import keep_only
+from luxloop.tracker.records import Segments
 
 CONFIG = BackgroundConfig()
 

@@ -11,11 +11,11 @@ from support import short_run
 from support.shapes import Car, l_shape, rotation, scan_car, star
 from support.stages import fit_points, off_quarter, one_segment
 
-from tracker.detection.baselines import autoware, columns, jlinkage, principal_axes, ransac_lines, two_set_split
-from tracker.detection.baselines.baseline_config import BaselineConfig
-from tracker.detection.baselines.columns import HEADINGS
-from tracker.detection.rectangles import measure
-from tracker.records import BASELINES, METHODS, Segments
+from luxloop.tracker.detection.baselines import autoware, columns, jlinkage, principal_axes, ransac_lines, two_set_split
+from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.detection.baselines.columns import HEADINGS
+from luxloop.tracker.detection.rectangles import measure
+from luxloop.tracker.records import BASELINES, METHODS, Segments
 
 ON = BaselineConfig(enabled=True)
 LINES = ("two_set_split", "ransac_lines", "jlinkage")

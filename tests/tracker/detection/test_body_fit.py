@@ -8,10 +8,10 @@ from support.bowed_cars import BowedCar, drawn_car, ranged, shifted_lines, visib
 from support.shapes import rotation
 from support.stages import fit_points, off_quarter, one_segment
 
-from tracker.detection import body_fit, body_search
-from tracker.detection.body_fit import BodyFitConfig
-from tracker.records import METHODS, Segments
-from tracker.scan import Scan
+from luxloop.tracker.detection import body_fit, body_search
+from luxloop.tracker.detection.body_fit import BodyFitConfig
+from luxloop.tracker.records import METHODS, Segments
+from luxloop.tracker.scan import Scan
 
 STARTS_DEG = (2.0, -4.0, 15.0, -38.0)
 """Errors of the candidates."""

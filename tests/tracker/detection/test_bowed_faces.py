@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_bodies
 
-from tracker.detection import body_fit
-from tracker.detection.body_fit import BodyFitConfig
-from tracker.detection.kernels import body_equations, body_starts, bowed_faces, cholesky
-from tracker.detection.kernels.bowed_faces import ASIDE, DEPTH, FACE, PLACE, RESIDUALS, VARIANCE
+from luxloop.tracker.detection import body_fit
+from luxloop.tracker.detection.body_fit import BodyFitConfig
+from luxloop.tracker.detection.kernels import body_equations, body_starts, bowed_faces, cholesky
+from luxloop.tracker.detection.kernels.bowed_faces import ASIDE, DEPTH, FACE, PLACE, RESIDUALS, VARIANCE
 
 SHAPE = body_fit._shape(BodyFitConfig())
 

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
-from tracker.detection import boxes
-from tracker.detection.box_covariance import side_covariance
-from tracker.detection.boxes import BoxConfig, strays
-from tracker.detection.selection import SelectionConfig
-from tracker.records import Candidates, Linkage, Segments
+from luxloop.tracker.detection import boxes
+from luxloop.tracker.detection.box_covariance import side_covariance
+from luxloop.tracker.detection.boxes import BoxConfig, strays
+from luxloop.tracker.detection.selection import SelectionConfig
+from luxloop.tracker.records import Candidates, Linkage, Segments
 
 SIGMA = 0.02
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from support.shapes import l_shape, rotation
 from support.stages import fit_points
 
-from tracker.detection import box_covariance
-from tracker.detection.boxes import BoxConfig
-from tracker.records import Segments
+from luxloop.tracker.detection import box_covariance
+from luxloop.tracker.detection.boxes import BoxConfig
+from luxloop.tracker.records import Segments
 
 
 def corner_covariance(body, from_mean, **config):

@@ -7,13 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.shapes import Car, scan_car
 
-from sim.scripted.motions import Arc, Straight, state_at
-from tracker.detection.boxes import BoxConfig, build
-from tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, twist, undo_targets
-from tracker.geometry import rotate
-from tracker.records import NOT_USED, Candidates, Linkage, Segments, Status
-from tracker.scan import Scan
-from tracker.tracker import Tracker, TrackerConfig
+from luxloop.sim.scripted.motions import Arc, Straight, state_at
+from luxloop.tracker.detection.boxes import BoxConfig, build
+from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, twist, undo_targets
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.records import NOT_USED, Candidates, Linkage, Segments, Status
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 DT = 0.08
 SWEEP_DEG_PER_S = 4500.0  # 12.5 turns a second

@@ -5,14 +5,14 @@ import pytest
 from support import short_run
 from support.shapes import l_shape
 
-from tracker.detection.deskew import Movers
-from tracker.detection.detector import Detector, DetectorConfig
-from tracker.detection.preprocess import PreprocessConfig
-from tracker.records import MODELS, Status, StepTrace, Tracks
-from tracker.scan import Scan
-from tracker.tracker import Tracker, TrackerConfig
-from tracker.tracking.filters import FilterConfig
-from tracker.tracking.observations import observe
+from luxloop.tracker.detection.deskew import Movers
+from luxloop.tracker.detection.detector import Detector, DetectorConfig
+from luxloop.tracker.detection.preprocess import PreprocessConfig
+from luxloop.tracker.records import MODELS, Status, StepTrace, Tracks
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker, TrackerConfig
+from luxloop.tracker.tracking.filters import FilterConfig
+from luxloop.tracker.tracking.observations import observe
 
 
 def scans(frames):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tracker.detection.preprocess import PreprocessConfig, keep
-from tracker.scan import PointFlag, Scan
+from luxloop.tracker.detection.preprocess import PreprocessConfig, keep
+from luxloop.tracker.scan import PointFlag, Scan
 
 BEAM = np.array([1.0, 0.0, 0.01])
 

@@ -8,13 +8,13 @@ from support import naive_fit
 from support.shapes import l_shape, rotation
 from support.stages import fit_points, off_quarter, one_segment
 
-from tracker.detection import rectangles, tlinkage
-from tracker.detection.kernels import criteria as kernels
-from tracker.detection.kernels.hull import convex_hull as hull_of_sorted
-from tracker.detection.kernels.sides import extents
-from tracker.detection.rectangles import RectangleConfig
-from tracker.detection.tlinkage import LinkageConfig
-from tracker.records import METHODS, Linkage, Segments
+from luxloop.tracker.detection import rectangles, tlinkage
+from luxloop.tracker.detection.kernels import criteria as kernels
+from luxloop.tracker.detection.kernels.hull import convex_hull as hull_of_sorted
+from luxloop.tracker.detection.kernels.sides import extents
+from luxloop.tracker.detection.rectangles import RectangleConfig
+from luxloop.tracker.detection.tlinkage import LinkageConfig
+from luxloop.tracker.records import METHODS, Linkage, Segments
 
 GRID = np.deg2rad(np.arange(90.0))
 AREA, CLOSENESS, VARIANCE, TLINKAGE = range(4)

@@ -9,11 +9,11 @@ from hypothesis.extra import numpy as arrays
 from support import naive_fit
 from support.shapes import Car, scan_car
 
-from tracker.detection import preprocess, segmentation
-from tracker.detection.preprocess import PreprocessConfig
-from tracker.detection.segmentation import SegmentationConfig
-from tracker.records import NOT_USED
-from tracker.scan import PointFlag, Scan
+from luxloop.tracker.detection import preprocess, segmentation
+from luxloop.tracker.detection.preprocess import PreprocessConfig
+from luxloop.tracker.detection.segmentation import SegmentationConfig
+from luxloop.tracker.records import NOT_USED
+from luxloop.tracker.scan import PointFlag, Scan
 
 
 def segment(points, **config):

@@ -8,11 +8,11 @@ from support import naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
-from tracker.detection import selection
-from tracker.detection.kernels import heading_search as kernels
-from tracker.detection.rectangles import Rectangles
-from tracker.detection.selection import SelectionConfig
-from tracker.records import METHODS, Linkage, Segments
+from luxloop.tracker.detection import selection
+from luxloop.tracker.detection.kernels import heading_search as kernels
+from luxloop.tracker.detection.rectangles import Rectangles
+from luxloop.tracker.detection.selection import SelectionConfig
+from luxloop.tracker.records import METHODS, Linkage, Segments
 
 
 def choose(points, line, headings, variant="alignment"):

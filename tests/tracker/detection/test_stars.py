@@ -8,8 +8,8 @@ import scipy
 from support.shapes import stairs, star
 from support.stages import one_segment
 
-from tracker.detection import tlinkage
-from tracker.detection.tlinkage import LinkageConfig
+from luxloop.tracker.detection import tlinkage
+from luxloop.tracker.detection.tlinkage import LinkageConfig
 
 STD = 0.0075
 POINTS = 50

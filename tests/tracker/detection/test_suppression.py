@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from tracker.detection.boxes import nearest_corner
-from tracker.detection.suppression import SuppressionConfig, in_shadow
-from tracker.records import Boxes
+from luxloop.tracker.detection.boxes import nearest_corner
+from luxloop.tracker.detection.suppression import SuppressionConfig, in_shadow
+from luxloop.tracker.records import Boxes
 
 CONFIG = SuppressionConfig()
 

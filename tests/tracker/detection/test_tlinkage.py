@@ -10,10 +10,10 @@ from support import naive_faces, naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import off_quarter, one_segment
 
-from tracker.detection import linked_faces, tlinkage
-from tracker.detection.kernels import faces, lines, linkage, outline
-from tracker.detection.tlinkage import LinkageConfig
-from tracker.records import Segments
+from luxloop.tracker.detection import linked_faces, tlinkage
+from luxloop.tracker.detection.kernels import faces, lines, linkage, outline
+from luxloop.tracker.detection.tlinkage import LinkageConfig
+from luxloop.tracker.records import Segments
 
 
 def link(points, **config):

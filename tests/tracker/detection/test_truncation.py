@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tracker.detection.truncation import TruncationConfig, cut_off
-from tracker.records import Segments
-from tracker.scan import Scan
+from luxloop.tracker.detection.truncation import TruncationConfig, cut_off
+from luxloop.tracker.records import Segments
+from luxloop.tracker.scan import Scan
 
 BEAM_S = 0.000111
 """Half a degree of a sweep at 12.5 Hz."""

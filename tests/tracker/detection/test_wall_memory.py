@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tracker.detection.cell_memory import CellMemory
-from tracker.kernels.free_space import BINS, COVERED
-from tracker.seen_through import seen_through
+from luxloop.tracker.detection.cell_memory import CellMemory
+from luxloop.tracker.kernels.free_space import BINS, COVERED
+from luxloop.tracker.seen_through import seen_through
 
 OFFSET_M = 2.5
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from tracker.detection.background import Background, BackgroundConfig
-from tracker.detection.kernels.nearness import any_within
-from tracker.detection.segmentation import SegmentationConfig, segment
-from tracker.detection.straight_runs import WallConfig, straight_runs
-from tracker.records import NOT_USED
+from luxloop.tracker.detection.background import Background, BackgroundConfig
+from luxloop.tracker.detection.kernels.nearness import any_within
+from luxloop.tracker.detection.segmentation import SegmentationConfig, segment
+from luxloop.tracker.detection.straight_runs import WallConfig, straight_runs
+from luxloop.tracker.records import NOT_USED
 
 BEAM = np.radians(0.25)
 NOISE_M = 0.02

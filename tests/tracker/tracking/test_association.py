@@ -9,8 +9,8 @@ from hypothesis.extra.numpy import arrays
 from scipy.stats import chi2
 from support.seen import corners, observe_boxes
 
-from tracker.tracking.association import AssociationConfig, assign, score
-from tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise, shows_end
+from luxloop.tracker.tracking.association import AssociationConfig, assign, score
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise, shows_end
 
 CONFIG, READING = AssociationConfig(), HypothesisConfig()
 CAR = (4.6, 1.8)

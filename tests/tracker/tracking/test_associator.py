@@ -4,11 +4,11 @@ import pytest
 from support.one_track import start
 from support.seen import observe_boxes
 
-from tracker.records import Status
-from tracker.tracking.association import AssociationConfig
-from tracker.tracking.associator import HungarianAssociator
-from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
-from tracker.tracking.track_arrays import predictions
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracking.association import AssociationConfig
+from luxloop.tracker.tracking.associator import HungarianAssociator
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
+from luxloop.tracker.tracking.track_arrays import predictions
 
 PLACE = (20.0, 6.0, 0.0)
 

@@ -7,13 +7,13 @@ from support.one_track import CAR, DT, start
 from support.one_track import CONFIG as CONFIGURED
 from support.seen import observe_boxes
 
-from tracker.tracker import Tracker, TrackerConfig
-from tracker.tracking.births import BirthConfig, nearby, second_views
-from tracker.tracking.confirmation import TrackLifeConfig
-from tracker.tracking.filters import motion
-from tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
-from tracker.tracking.track_arrays import predictions
-from tracker.tracking.track_observation import track_observation
+from luxloop.tracker.tracker import Tracker, TrackerConfig
+from luxloop.tracker.tracking.births import BirthConfig, nearby, second_views
+from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.filters import motion
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
+from luxloop.tracker.tracking.track_arrays import predictions
+from luxloop.tracker.tracking.track_observation import track_observation
 
 CONFIG = BirthConfig()
 HALF = 0.5 * np.array(SIZE)

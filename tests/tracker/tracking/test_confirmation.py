@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from support.one_track import DT, LIFE, flow_of, follow, start, straight
 
-from tracker.records import Status
-from tracker.tracking.confirmation import Confirmation, TrackLifeConfig
-from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
-from tracker.tracking.kernels.side_lengths import vehicle_log_odds
-from tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracking.confirmation import Confirmation, TrackLifeConfig
+from luxloop.tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
+from luxloop.tracker.tracking.kernels.side_lengths import vehicle_log_odds
+from luxloop.tracker.tracking.track_observation import TrackObservation
 
 WHOLE, ORIGIN = (True, True), np.zeros(2)
 FLAT = 0.03

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from tracker.tracking.extent import ExtentConfig, known, long, too_large
-from tracker.tracking.kernels.seen_extents import remember
+from luxloop.tracker.tracking.extent import ExtentConfig, known, long, too_large
+from luxloop.tracker.tracking.kernels.seen_extents import remember
 
 CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tracker.tracking.filters import (
+from luxloop.tracker.tracking.filters import (
     FilterConfig,
     Filters,
     heading_filter,

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from support.seen import observe_boxes
 
-from tracker.tracking import orientation
-from tracker.tracking.confirmation import TrackLifeConfig
-from tracker.tracking.corner_error import CornerConfig
-from tracker.tracking.existence import MemoryConfig
-from tracker.tracking.extent import ExtentConfig
-from tracker.tracking.filters import FilterConfig
-from tracker.tracking.heading_estimator import HeadingEstimator
-from tracker.tracking.hypotheses import HypothesisConfig
-from tracker.tracking.orientation import Course, OrientationConfig
-from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_observation import first_observation
+from luxloop.tracker.tracking import orientation
+from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.corner_error import CornerConfig
+from luxloop.tracker.tracking.existence import MemoryConfig
+from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.filters import FilterConfig
+from luxloop.tracker.tracking.heading_estimator import HeadingEstimator
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig
+from luxloop.tracker.tracking.orientation import Course, OrientationConfig
+from luxloop.tracker.tracking.track_config import TrackConfig
+from luxloop.tracker.tracking.track_observation import first_observation
 
 CAR = np.array([4.6, 1.8])
 ORIGIN, WHOLE = np.zeros(2), np.ones(2, dtype=np.bool_)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tracker.tracking.filters import FilterConfig, motion
-from tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading, TurnFilter, near, yaw_rate_std
+from luxloop.tracker.tracking.filters import FilterConfig, motion
+from luxloop.tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading, TurnFilter, near, yaw_rate_std
 
 CONFIG = FilterConfig()
 STD = 0.02

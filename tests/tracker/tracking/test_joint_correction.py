@@ -2,15 +2,15 @@
 
 import numpy as np
 
+from luxloop.tracker.tracking.filter_bank import SelectedBank
+from luxloop.tracker.tracking.filters import FilterConfig, initial_filters, motion
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
+from luxloop.tracker.tracking.joint_correction import update
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.track_arrays import predictions
+from luxloop.tracker.tracking.track_observation import track_observation
 from tests.support.mixed_traffic import assert_equal, mixed_traffic
 from tests.support.one_track import CAR, CONFIG, DT, observe_boxes, start
-from tracker.tracking.filter_bank import SelectedBank
-from tracker.tracking.filters import FilterConfig, initial_filters, motion
-from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
-from tracker.tracking.joint_correction import update
-from tracker.tracking.mma import MmaConfig
-from tracker.tracking.track_arrays import predictions
-from tracker.tracking.track_observation import track_observation
 
 
 def observations(tracks):

@@ -5,13 +5,13 @@ import copy
 import numpy as np
 import pytest
 
+from luxloop.tracker.records import MODELS
+from luxloop.tracker.tracking.filter_bank import SelectedBank
+from luxloop.tracker.tracking.filters import FilterConfig, initial_filters, motion
+from luxloop.tracker.tracking.joint_prediction import predict, predict_banks
+from luxloop.tracker.tracking.mma import MmaConfig
 from tests.support.mixed_traffic import assert_equal, mixed_traffic
 from tests.support.one_track import DT
-from tracker.records import MODELS
-from tracker.tracking.filter_bank import SelectedBank
-from tracker.tracking.filters import FilterConfig, initial_filters, motion
-from tracker.tracking.joint_prediction import predict, predict_banks
-from tracker.tracking.mma import MmaConfig
 
 
 def test_a_batch_predicts_as_each_track_alone():

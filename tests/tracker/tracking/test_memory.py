@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.one_track import DT, flow_of, follow, start, straight
 
-from tracker.records import Status
-from tracker.scan import Scan
-from tracker.tracking.existence import MemoryConfig, existence, same_vehicle
-from tracker.tracking.filters import FilterConfig, motion
-from tracker.tracking.memory import predicted_places, terminate_lost
-from tracker.tracking.track_arrays import boxes
+from luxloop.tracker.records import Status
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracking.existence import MemoryConfig, existence, same_vehicle
+from luxloop.tracker.tracking.filters import FilterConfig, motion
+from luxloop.tracker.tracking.memory import predicted_places, terminate_lost
+from luxloop.tracker.tracking.track_arrays import boxes
 
 MEMORY = MemoryConfig()
 HALF_S = MEMORY.course_s * np.log(2.0)

@@ -3,10 +3,10 @@
 import numpy as np
 from support.one_track import CONFIG, DT, follow, start
 
-from tracker.merging import MergeConfig
-from tracker.records import Status
-from tracker.tracking.hypotheses import HypothesisConfig
-from tracker.tracking.track_management import DefaultTrackManagement
+from luxloop.tracker.merging import MergeConfig
+from luxloop.tracker.records import Status
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig
+from luxloop.tracker.tracking.track_management import DefaultTrackManagement
 
 SPEED_MPS, PIECE_M, PITCH_M = 20.0, np.array([6.0, 2.5]), 8.0
 """Pieces of 6 m with gaps of 2 m: two are 14 m long, three 22 m."""

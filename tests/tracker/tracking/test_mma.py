@@ -4,11 +4,11 @@ import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracker.tracker import TrackerConfig
-from tracker.tracking import mma
-from tracker.tracking.filters import FilterConfig, Filters, motion
-from tracker.tracking.mma import CA, CV, STATIONARY, MmaConfig
-from tracker.tracking.model_selection import BankSelection
+from luxloop.tracker.tracker import TrackerConfig
+from luxloop.tracker.tracking import mma
+from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
+from luxloop.tracker.tracking.mma import CA, CV, STATIONARY, MmaConfig
+from luxloop.tracker.tracking.model_selection import BankSelection
 
 CONFIG = MmaConfig()
 DT = 0.08

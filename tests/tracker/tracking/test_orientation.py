@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from tracker.geometry import rotate
-from tracker.tracking.orientation import (
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.tracking.orientation import (
     OrientationConfig,
     by_course,
     course,
@@ -12,7 +12,7 @@ from tracker.tracking.orientation import (
     turn_size,
     way_needed,
 )
-from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 CONFIG = OrientationConfig()
 WHOLE, CUT = np.ones(2, dtype=bool), np.zeros(2, dtype=bool)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tracker.records import MODEL_NAMES, PREDICTION_S
-from tracker.tracking.kernels.prediction import lasting, position
+from luxloop.tracker.records import MODEL_NAMES, PREDICTION_S
+from luxloop.tracker.tracking.kernels.prediction import lasting, position
 
 FOREVER = np.inf
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tracker.merging import MergeConfig, Pieces
-from tracker.tracking.rigid_pairs import RigidPairs
+from luxloop.tracker.merging import MergeConfig, Pieces
+from luxloop.tracker.tracking.rigid_pairs import RigidPairs
 
 CONFIG = MergeConfig()
 DT_S = 0.08

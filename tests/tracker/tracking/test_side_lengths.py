@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracker.tracking.kernels import face_depths
-from tracker.tracking.kernels.side_lengths import length_log_odds, vehicle_log_odds
+from luxloop.tracker.tracking.kernels import face_depths
+from luxloop.tracker.tracking.kernels.side_lengths import length_log_odds, vehicle_log_odds
 
 VISIBLE_MIN_M = 0.6
 WHOLE, CUT = (True, True), (False, False)

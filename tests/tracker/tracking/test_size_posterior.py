@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tracker.tracking.extent import ExtentConfig, likely
-from tracker.tracking.kernels.size_likelihood import (
+from luxloop.tracker.tracking.extent import ExtentConfig, likely
+from luxloop.tracker.tracking.kernels.size_likelihood import (
     HIDDEN_STD_M,
     LOG_ODDS_MAX,
     MARGIN_M,
@@ -16,9 +16,9 @@ from tracker.tracking.kernels.size_likelihood import (
     add_view,
     average_pieces,
 )
-from tracker.tracking.kernels.size_posterior import posterior, side_of_greatest_overlap
-from tracker.tracking.size_estimator import SizeEstimator
-from tracker.tracking.vehicle_sizes import GRID_M, SIZE_CLASSES, side_probabilities
+from luxloop.tracker.tracking.kernels.size_posterior import posterior, side_of_greatest_overlap
+from luxloop.tracker.tracking.size_estimator import SizeEstimator
+from luxloop.tracker.tracking.vehicle_sizes import GRID_M, SIZE_CLASSES, side_probabilities
 
 CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)

@@ -3,11 +3,11 @@ import pytest
 from support.one_track import CAR, DT, LIFE, flow_of, follow, start, straight
 from support.seen import observe_boxes
 
-from tracker.records import MODELS, Status
-from tracker.tracking.existence import MemoryConfig
-from tracker.tracking.filters import FilterConfig, Filters, motion
-from tracker.tracking.mma import MmaConfig
-from tracker.tracking.output import report
+from luxloop.tracker.records import MODELS, Status
+from luxloop.tracker.tracking.existence import MemoryConfig
+from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.output import report
 
 SEEN_STD_M = float(np.sqrt(observe_boxes((20.0, 3.5, 0.0), CAR).covariance[0, 0, 0]))
 """Standard deviation of the corner of every box along x and y [m]."""

@@ -7,14 +7,14 @@ import pytest
 from support import naive_filters, naive_hypotheses, naive_sizes
 from support.one_track import DT
 
-from tracker.geometry import rotated_covariance, variance_along
-from tracker.kernels import odometry
-from tracker.records import MODEL_NAMES, MODELS, PREDICTION_S
-from tracker.tracking.association import AssociationConfig, score
-from tracker.tracking.extent import ExtentConfig
-from tracker.tracking.filters import FilterConfig, Filters, motion
-from tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
-from tracker.tracking.kernels import (
+from luxloop.tracker.geometry import rotated_covariance, variance_along
+from luxloop.tracker.kernels import odometry
+from luxloop.tracker.records import MODEL_NAMES, MODELS, PREDICTION_S
+from luxloop.tracker.tracking.association import AssociationConfig, score
+from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
+from luxloop.tracker.tracking.kernels import (
     corner_error,
     filter_banks,
     kalman,
@@ -24,10 +24,10 @@ from tracker.tracking.kernels import (
     size_posterior,
     traffic_flow,
 )
-from tracker.tracking.kernels.places import ALONG, QUANTILES, predicted_places
-from tracker.tracking.mma import MmaConfig, changes, mix, transitions, update
-from tracker.tracking.observations import Observations
-from tracker.tracking.vehicle_sizes import GRID_M
+from luxloop.tracker.tracking.kernels.places import ALONG, QUANTILES, predicted_places
+from luxloop.tracker.tracking.mma import MmaConfig, changes, mix, transitions, update
+from luxloop.tracker.tracking.observations import Observations
+from luxloop.tracker.tracking.vehicle_sizes import GRID_M
 
 TRACKS, BOXES = 7, 9
 FLOOR, TAIL_DOF = 1e-9, 4.0

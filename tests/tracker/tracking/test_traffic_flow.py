@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracker.geometry import rotate, wrap
-from tracker.tracking.orientation import likeliest_turns
-from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.geometry import rotate, wrap
+from luxloop.tracker.tracking.orientation import likeliest_turns
+from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 CONFIG = FlowConfig(ego_log_odds=0.7, neighbour_log_odds=2.0, neighbour_min=0.3, range_m=15.0, lane_m=1.75)
 ORIGIN = np.zeros(2)

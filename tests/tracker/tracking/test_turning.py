@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tracker.tracking.filters import FilterConfig, integrator, motion
-from tracker.tracking.turning import Turn, axle_to_corner, motion_direction, real, transition_of, with_turn
+from luxloop.tracker.tracking.filters import FilterConfig, integrator, motion
+from luxloop.tracker.tracking.turning import Turn, axle_to_corner, motion_direction, real, transition_of, with_turn
 
 RATE = 0.5
 ALL = FilterConfig(models=("stationary", "cv", "ca", "ctrv", "ctra", "two-axle"))

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
 
 ANGLES = np.deg2rad(np.arange(90.0))
 FLOOR_M, DEPTH_MAX_M = 0.1, 0.4

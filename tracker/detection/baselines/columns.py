@@ -5,13 +5,13 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Floats
-from tracker.detection.baselines import autoware, jlinkage, principal_axes, ransac_lines, two_set_split
-from tracker.detection.baselines.baseline_config import BaselineConfig
-from tracker.detection.rectangles import measure
-from tracker.detection.segmentation import by_segment
-from tracker.geometry import fold
-from tracker.records import BASELINES, Candidates, Linkage, Segments
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.detection.baselines import autoware, jlinkage, principal_axes, ransac_lines, two_set_split
+from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.detection.rectangles import measure
+from luxloop.tracker.detection.segmentation import by_segment
+from luxloop.tracker.geometry import fold
+from luxloop.tracker.records import BASELINES, Candidates, Linkage, Segments
 
 Baseline = Callable[[Floats, BaselineConfig], float]
 """Function from points (N, 2) of a segment in the ego frame [m], at two places at least, to a heading modulo 90 degrees

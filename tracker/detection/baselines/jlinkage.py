@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.detection.baselines.baseline_config import BaselineConfig
-from tracker.detection.baselines.principal_axes import direction
-from tracker.detection.baselines.ransac_lines import distances
-from tracker.detection.kernels.linkage import agglomerate, hypotheses
-from tracker.detection.tlinkage import LinkageConfig, uniforms
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.detection.baselines.principal_axes import direction
+from luxloop.tracker.detection.baselines.ransac_lines import distances
+from luxloop.tracker.detection.kernels.linkage import agglomerate, hypotheses
+from luxloop.tracker.detection.tlinkage import LinkageConfig, uniforms
 
 SAMPLING = LinkageConfig()
 """Settings of the hypotheses, as for T-linkage."""

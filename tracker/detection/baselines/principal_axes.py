@@ -2,8 +2,8 @@
 
 import math
 
-from tracker.arrays import Floats
-from tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
 
 
 def heading(points_ego: Floats, _: BaselineConfig) -> float:

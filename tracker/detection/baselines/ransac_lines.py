@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.detection.baselines.baseline_config import BaselineConfig
-from tracker.detection.baselines.principal_axes import direction
-from tracker.detection.kernels.lines import fit_line
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.detection.baselines.principal_axes import direction
+from luxloop.tracker.detection.kernels.lines import fit_line
 
 SIDES = 2
 """Number of lines: at most two sides of a vehicle are visible at once."""

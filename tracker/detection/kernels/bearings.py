@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.ordering import by_key
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.ordering import by_key
 
 SAME_BEARING = 1e-9
 """Weight of the range in the order of points, far below the angle between beams [rad/m]."""

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.bowed_faces import (
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.bowed_faces import (
     ASIDE,
     DEPTH,
     FACE,
@@ -25,7 +25,7 @@ from tracker.detection.kernels.bowed_faces import (
     odds_inside,
     residuals,
 )
-from tracker.detection.kernels.cholesky import factor, solve
+from luxloop.tracker.detection.kernels.cholesky import factor, solve
 
 TURN_MAX = math.radians(6.0)
 """Maximum turn in one iteration [rad]; the equations are linear in small angles."""

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.bowed_faces import STATES
-from tracker.detection.kernels.faces import EGO_REACH
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.bowed_faces import STATES
+from luxloop.tracker.detection.kernels.faces import EGO_REACH
 
 QUARTER = 0.5 * math.pi
 APART = math.radians(2.0)

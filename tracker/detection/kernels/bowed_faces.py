@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 STATES = 7
 RESIDUALS = 6

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 
 class BoxPoints(NamedTuple):

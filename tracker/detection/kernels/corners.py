@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.faces import depth_std, faces_away
-from tracker.detection.kernels.groups import columns
-from tracker.detection.kernels.lines import extent, fit_line, near
-from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.faces import depth_std, faces_away
+from luxloop.tracker.detection.kernels.groups import columns
+from luxloop.tracker.detection.kernels.lines import extent, fit_line, near
+from luxloop.tracker.detection.kernels.linkage import MINIMAL_SAMPLE
 
 
 @kernel(error_model="numpy")

@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.hull import convex_hull
-from tracker.detection.kernels.ordering import by_key
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.hull import convex_hull
+from luxloop.tracker.detection.kernels.ordering import by_key
 
 LANES = 8
 """Headings that are scored together."""

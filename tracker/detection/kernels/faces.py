@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.groups import columns
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.groups import columns
 
 EGO_REACH = 2.5
 """Distance from the ego's centre to its farthest unit [m]."""

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 BINS_PER_REACH = 4
 """Bins per kernel radius: a bin is two thirds of the kernel's standard deviation."""

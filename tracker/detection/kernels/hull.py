@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 SLACK_M2 = 1e-9
 """Area of the triangle with its neighbours, twice, within which a point is kept: rounding then drops no vertex."""

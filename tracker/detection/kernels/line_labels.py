@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.lines import find_lines, fit_line, largest_clusters, settle
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.lines import find_lines, fit_line, largest_clusters, settle
 
 
 @kernel()

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.compiled import kernel
 
 BLOCK = 64
 """Points that are compared at once, without branches: the compiler vectorises this."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.groups import by_group
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.groups import by_group
 
 RUN = 8
 """Items of a run, which is sorted by insertion before runs are merged."""

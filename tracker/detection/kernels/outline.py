@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.faces import depth_std, exists
-from tracker.detection.kernels.groups import columns
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.faces import depth_std, exists
+from luxloop.tracker.detection.kernels.groups import columns
 
 WIDTH_MAX = 2.8
 """Maximum width of a vehicle [m]; a longer face is a flank. Mirrors protrude from flanks only: points in front of a

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.detection.kernels.body_equations import fit_body
-from tracker.detection.kernels.body_starts import (
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.kernels.body_equations import fit_body
+from luxloop.tracker.detection.kernels.body_starts import (
     COST,
     FLANK,
     HEADING_VARIANCE,
@@ -17,9 +17,9 @@ from tracker.detection.kernels.body_starts import (
     line_starts,
     quarter_difference,
 )
-from tracker.detection.kernels.bowed_faces import STATES, Beams, BodyShape
-from tracker.detection.kernels.cholesky import solve
-from tracker.detection.kernels.groups import columns
+from luxloop.tracker.detection.kernels.bowed_faces import STATES, Beams, BodyShape
+from luxloop.tracker.detection.kernels.cholesky import solve
+from luxloop.tracker.detection.kernels.groups import columns
 
 
 @kernel(error_model="numpy")

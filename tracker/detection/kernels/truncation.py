@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 
 @kernel()

@@ -1,16 +1,16 @@
-"""Cost and gate of each pair of track and box, see `tracker.tracking.association`."""
+"""Cost and gate of each pair of track and box, see `luxloop.tracker.tracking.association`."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.compiled import kernel
 
 
 class Limits(NamedTuple):
-    """Limits of the cost and of the gate, see `tracker.tracking.association.AssociationConfig`."""
+    """Limits of the cost and of the gate, see `luxloop.tracker.tracking.association.AssociationConfig`."""
 
     likely_min: float
     """A model below this probability opens no gate."""

@@ -1,11 +1,11 @@
-"""Time-correlated errors of the tracked corners of T vehicles, see `tracker.tracking.corner_error`."""
+"""Time-correlated errors of the tracked corners of T vehicles, see `luxloop.tracker.tracking.corner_error`."""
 
 import math
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.compiled import kernel
 
 
 @kernel()

@@ -7,7 +7,7 @@ in recorded scans of seven scenarios with training seeds, which `docs/face_depth
 
 import math
 
-from tracker.compiled import kernel
+from luxloop.tracker.compiled import kernel
 
 LINE_DEPTH_M = 0.015
 """Mean depth of points on a line, from range noise [m]."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.compiled import kernel
-from tracker.tracking.kernels import kalman, multiple_models
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.tracking.kernels import kalman, multiple_models
 
 Banks = tuple[Floats, Floats, Floats]
 """Means (T, M, n), covariances (T, M, n, n), and model probabilities (T, M)."""

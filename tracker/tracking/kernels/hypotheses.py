@@ -1,4 +1,4 @@
-"""Every box as an observation of every track, see `tracker.tracking.hypotheses`.
+"""Every box as an observation of every track, see `luxloop.tracker.tracking.hypotheses`.
 
 Vectors are complex numbers x + iy. Pairs of numbers are values along and across the heading of the track.
 """
@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 CAR_LENGTH_SPREAD_M = 1.5
 """Difference of the lengths of cars at most [m], but for few: the corner's error covers it."""

@@ -1,12 +1,12 @@
-"""Transitions, mixing and scores of the M models of T filter banks, see `tracker.tracking.mma`."""
+"""Transitions, mixing and scores of the M models of T filter banks, see `luxloop.tracker.tracking.mma`."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.compiled import kernel
 
 NO_SPEED_MPS = 1e-9
 """Speed below which a filter has no direction [m/s]; the speed of a stationary vehicle tends to 0 and underflows."""

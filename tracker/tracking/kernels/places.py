@@ -1,11 +1,11 @@
-"""Places where hidden vehicles may be, see `tracker.tracking.memory`."""
+"""Places where hidden vehicles may be, see `luxloop.tracker.tracking.memory`."""
 
 import math
 
 import numpy as np
 
-from tracker.arrays import Floats
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.compiled import kernel
 
 QUANTILES = (-1.2816, -0.5244, 0.0, 0.5244, 1.2816)
 """Standard normal quantiles of 10, 30, 50, 70 and 90 %: middles of five equally likely parts."""

@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
-from tracker.records import MODEL_NAMES, PREDICTION_S
-from tracker.tracking.kernels.turns import LEAST_SPEED_MPS, Complexes, turned_integrals
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.records import MODEL_NAMES, PREDICTION_S
+from luxloop.tracker.tracking.kernels.turns import LEAST_SPEED_MPS, Complexes, turned_integrals
 
 CURVATURE_MAX_PER_M = 0.25
 """Curvature of the tightest path of a corner [1/m]: a radius of 4 m, inside the turning circle of a small car."""
@@ -45,7 +45,7 @@ def predict(
     mode_time_s
         (T,) mean time in a mode of the bank [s].
     yaw_rate, direction
-        (T,) known inputs of turning models, see `tracker.tracking.turning.Turn`.
+        (T,) known inputs of turning models, see `luxloop.tracker.tracking.turning.Turn`.
     """
     count, m = weight.shape
     ahead = np.zeros((count, m + 1, len(PREDICTION_S), 2))

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from tracker.arrays import Bools, Floats
-from tracker.compiled import kernel
-from tracker.tracking.kernels import face_depths
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.tracking.kernels import face_depths
 
 
 class VehicleClass(NamedTuple):

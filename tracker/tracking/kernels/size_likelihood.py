@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
-from tracker.compiled import kernel
-from tracker.tracking.vehicle_sizes import GRID_M
+from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.tracking.vehicle_sizes import GRID_M
 
 HIDDEN_STD_M = 0.12
 """Standard deviation of the part of a side that rounded corners hide [m]: bodies differ, and ends have few points."""

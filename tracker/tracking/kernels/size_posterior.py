@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.compiled import kernel
-from tracker.tracking.kernels.size_likelihood import add_view, average_pieces
-from tracker.tracking.vehicle_sizes import GRID_M, side_probabilities
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.tracking.kernels.size_likelihood import add_view, average_pieces
+from luxloop.tracker.tracking.vehicle_sizes import GRID_M, side_probabilities
 
 SHARE, PRIOR = side_probabilities()
 
@@ -27,7 +27,7 @@ def observe(
 
     Updates the log-likelihoods (2, G) of independent views and of pieces, and the numbers (2, 2) of all views and of
     pieces by side. The `settings` are the minimum weight of a view, the forgetting, and the probabilities of truncated
-    and merged views; see `tracker.tracking.size_posterior`.
+    and merged views; see `luxloop.tracker.tracking.size_posterior`.
     """
     weight_min, forgetting, truncated, merged = settings
     weight, forgets, gain = np.zeros(2), np.zeros(2), np.zeros(2)

@@ -1,9 +1,9 @@
-"""Agreement of the directions of neighbours with a heading, see `tracker.tracking.traffic_flow`."""
+"""Agreement of the directions of neighbours with a heading, see `luxloop.tracker.tracking.traffic_flow`."""
 
 import math
 
-from tracker.arrays import Floats, Ints
-from tracker.compiled import kernel
+from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
 
 
 @kernel()

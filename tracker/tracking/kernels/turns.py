@@ -5,7 +5,7 @@ import cmath
 import numpy as np
 import numpy.typing as npt
 
-from tracker.compiled import kernel
+from luxloop.tracker.compiled import kernel
 
 Complexes = npt.NDArray[np.complex128]
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tracker.bounds import require_within
+from luxloop.tracker.bounds import require_within
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,15 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import inside
-from tracker.records import SmallBoxes, Status, Tracks
-from tracker.tracking import track_arrays
-from tracker.tracking.association import assign
-from tracker.tracking.small import small_output, small_tracks
-from tracker.tracking.small.small_config import SmallConfig
-from tracker.tracking.small.small_tracks import SmallTracks
-from tracker.tracking.track import Track
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.geometry import inside
+from luxloop.tracker.records import SmallBoxes, Status, Tracks
+from luxloop.tracker.tracking import track_arrays
+from luxloop.tracker.tracking.association import assign
+from luxloop.tracker.tracking.small import small_output, small_tracks
+from luxloop.tracker.tracking.small.small_config import SmallConfig
+from luxloop.tracker.tracking.small.small_tracks import SmallTracks
+from luxloop.tracker.tracking.track import Track
 
 FIRST_ID = 1_000_000
 """First id of small road users: those of vehicles count from 0."""

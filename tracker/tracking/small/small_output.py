@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import rotate
-from tracker.records import PREDICTION_S, Tracks
-from tracker.tracking.small.small_config import SmallConfig
-from tracker.tracking.small.small_tracks import SmallTracks
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.records import PREDICTION_S, Tracks
+from luxloop.tracker.tracking.small.small_config import SmallConfig
+from luxloop.tracker.tracking.small.small_tracks import SmallTracks
 
 ABEAM_M = 1.0
 """Distance along an axis over which the near end changes [m]: from abeam, both ends of a bicycle are visible."""

@@ -6,9 +6,9 @@ from operator import attrgetter
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-from tracker.records import SmallBoxes, Status
-from tracker.tracking.small.small_config import SmallConfig
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.records import SmallBoxes, Status
+from luxloop.tracker.tracking.small.small_config import SmallConfig
 
 PERSON_M = np.array([0.5, 0.5])
 """(2,) length and width of a person [m]: shoulders of 0.48 m."""

@@ -8,14 +8,14 @@ import pytest
 from support import short_run
 from support.frames import DT, Body, Scripted, follow, make_frames, observe
 
-from scenarios.files.expect import check
-from scenarios.grading import grader as grading
-from scenarios.grading.grader import Grader
-from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.truth_events.event_limits import MASK_S
-from scenarios.report import text
-from scenarios.report.truth_event_line import truth_events
-from scenarios.run import run_folder
+from luxloop.scenarios.files.expect import check
+from luxloop.scenarios.grading import grader as grading
+from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.truth_events.event_limits import MASK_S
+from luxloop.scenarios.report import text
+from luxloop.scenarios.report.truth_event_line import truth_events
+from luxloop.scenarios.run import run_folder
 
 MASKED = math.ceil(MASK_S / DT - 1e-9)
 """Frames of a mask."""
@@ -129,7 +129,7 @@ kind = "highway-env"
 env = "roundabout-v1"
 """
 CHOSEN = '[traffic.config]\nother_vehicles_type = "highway_env.vehicle.behavior.AggressiveVehicle"\n'
-REMEDY = 'set traffic.config.other_vehicles_type = "sim.highway.motorist.Motorist"'
+REMEDY = 'set traffic.config.other_vehicles_type = "luxloop.sim.highway.motorist.Motorist"'
 
 
 @pytest.mark.parametrize("config", ["", CHOSEN])
@@ -161,6 +161,6 @@ def test_a_run_without_events_has_no_line():
 
 
 def _limits(result):
-    from scenarios.files.expect import Limit
+    from luxloop.scenarios.files.expect import Limit
 
     return {name: Limit(**limit) for name, limit in result.config["expect"].items()}

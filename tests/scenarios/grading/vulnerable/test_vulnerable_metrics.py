@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.frames import Body, Estimate, Scripted, drive, follow, grade_run
 
-from sim.world import Kind
+from luxloop.sim.world import Kind
 
 FRAMES = 10
 PERSON_SIZE, RIDER_SIZE = (0.3, 0.48, 1.72), (1.7, 0.65, 1.7)

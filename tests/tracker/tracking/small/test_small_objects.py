@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tracker.records import MODELS, SmallBoxes, Status
-from tracker.tracking.output import report
-from tracker.tracking.small.small_config import SmallConfig
-from tracker.tracking.small.small_objects import FIRST_ID, SmallObjects
+from luxloop.tracker.records import MODELS, SmallBoxes, Status
+from luxloop.tracker.tracking.output import report
+from luxloop.tracker.tracking.small.small_config import SmallConfig
+from luxloop.tracker.tracking.small.small_objects import FIRST_ID, SmallObjects
 
 DT = 0.08
 NOISE_M = 0.05

@@ -1,0 +1,1 @@
+"""Simulation-in-the-loop testbed for low-cost LIDAR vehicle tracking."""
