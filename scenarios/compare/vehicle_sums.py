@@ -11,7 +11,7 @@ from luxloop.scenarios.compare.truth_sums import truth_sums
 from luxloop.scenarios.compare.vehicle_rows import VehicleRows
 from luxloop.scenarios.grading import mode_metrics, occlusion_metrics
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.score_sums import reached
+from luxloop.scenarios.grading.score_sums import hota_sums
 from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import tracking_sequence
 from luxloop.sensor_model.truth import NO_ACTOR
@@ -49,13 +49,10 @@ class VehicleSums:
     """(V, len(TRUTH)) means of the truth, as from `truth_sums`."""
 
     def columns(self) -> Floats:
-        """(V, len(COLUMNS)) sums; a pair matched in c frames adds c and c * c / (frames of either) to those of HOTA."""
+        """(V, len(COLUMNS)) sums."""
         row = np.searchsorted(self.vehicle, self.matches[:, 0])
-        matched = reached(self.matches[:, 2:])
-        either = self.sums[row, 0, None] + self.matches[:, 1:2] - matched
-        hota = np.zeros((len(self.vehicle), 2 * len(ALPHAS)))
-        np.add.at(hota, row, np.hstack([matched, matched**2 / either]))
-        return np.hstack([self.sums, hota])
+        frames = self.sums[row, 0] + self.matches[:, 1]
+        return np.hstack([self.sums, hota_sums(row, frames, self.matches[:, 2:], len(self.vehicle))])
 
 
 def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> VehicleSums:
@@ -99,8 +96,8 @@ def _tracking(
     reported = tables["tracks"]
     reported = reported[reported["verdict"].isin(["graded", "false"])]
     of_actor = np.where(reported["verdict"] == "graded", reported["actor_id"], NO_ACTOR)
-    v, t = np.nonzero(scores.hota_matches[:, :, 1:].any(axis=2))
-    pairs = np.column_stack([vehicle[v], scores.track_frames[t], scores.hota_matches[v, t, 1:]])
+    found = scores.pairs
+    pairs = np.column_stack([vehicle[found.vehicle], scores.track_frames[found.track], found.matches])
     return {
         "reported": rows.sum(of_actor),
         "hits": rows.sum(vehicle, scores.hits),

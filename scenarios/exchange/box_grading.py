@@ -13,8 +13,9 @@ from luxloop.scenarios.exchange.pair_errors import distance_steps, pair_errors
 from luxloop.scenarios.exchange.paired_frames import FramePairs, tracking_sequence
 from luxloop.scenarios.exchange.recall_average import average, recall_curve, track_scores
 from luxloop.scenarios.grading import gospa
-from luxloop.scenarios.grading.id_switches import clear_hits
-from luxloop.scenarios.grading.tracking_scores import TrackingScores
+from luxloop.scenarios.grading.id_switches import HitStep, clear_hits
+from luxloop.scenarios.grading.score_sums import TrackingScores
+from luxloop.scenarios.grading.tracking_scores import VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 from luxloop.scenarios.result import Metric
 
@@ -53,22 +54,23 @@ def grade(pairs: FramePairs, limits: BoxLimits) -> dict[str, Metric]:
 
 
 def _scores(sequence: TrackingSequence, limits: BoxLimits) -> dict[str, Metric]:
-    """Return HOTA, CLEAR and Identity; trackeval's classes compute them."""
-    scores = TrackingScores.of(sequence, limits.hit_iou_min)
+    """Return HOTA, CLEAR and Identity."""
+    hits = list(clear_hits(sequence, limits.hit_iou_min))
+    scores = TrackingScores.of(VehicleScores.of(sequence, limits.hit_iou_min, hits))
     boxes = sequence["num_gt_dets"]
     found: dict[str, Metric] = {}
     for name in ("hota", "deta", "assa", "mota", "idf1", "id_switches", "fragments", "missed"):
         found |= metric(f"track.{name}", getattr(scores, name), boxes, NO_TRUTH)
     found |= metric("track.false", scores.false, max(boxes, sequence["num_tracker_dets"]), NO_BOXES)
     found |= metric("track.loca", scores.loca, scores.most_matches, NO_HITS)
-    hits = _hit_overlaps(sequence, limits.hit_iou_min)
-    return found | metric("track.motp", float(hits.mean()) if len(hits) else None, len(hits), NO_HITS)
+    overlap = _hit_overlaps(sequence, hits)
+    return found | metric("track.motp", float(overlap.mean()) if len(overlap) else None, len(overlap), NO_HITS)
 
 
-def _hit_overlaps(sequence: TrackingSequence, hit_iou_min: float) -> Floats:
+def _hit_overlaps(sequence: TrackingSequence, hits: list[HitStep]) -> Floats:
     """(K,) overlaps of all hits of CLEAR."""
     found = [np.empty(0)]
-    for step, vehicle, track in clear_hits(sequence, hit_iou_min):
+    for step, vehicle, track in hits:
         rows = _places(sequence["gt_ids"][step], vehicle)
         columns = _places(sequence["tracker_ids"][step], track)
         found.append(sequence["similarity_scores"][step][rows, columns])

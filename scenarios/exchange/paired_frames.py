@@ -73,7 +73,7 @@ def require_common_frames(pairs: FramePairs) -> None:
 
 
 def tracking_sequence(pairs: FramePairs) -> TrackingSequence:
-    """Return all boxes with their bird's-eye overlaps, as trackeval's metric classes expect them."""
+    """Return all boxes with their bird's-eye overlaps."""
     gt_ids, tracker_ids, overlaps = [], [], []
     for true, tracked in pairs.steps():
         gt_ids.append(pairs.truth_id[true])

@@ -1,4 +1,4 @@
-"""Frame-by-frame matching of CLEAR, and the id switches in it with their time steps."""
+"""Frame-by-frame matching of CLEAR, the id switches in it with their time steps, and the fragments of vehicles."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from luxloop.scenarios.grading.matching import CONTINUITY, NO_TRACK
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 
 ROUNDING = float(np.finfo(np.float64).eps)
-"""Tolerance of trackeval's comparisons of overlaps with limits."""
+"""Tolerance of comparisons of overlaps with limits, as in trackeval."""
 
 
 HitStep = tuple[int, Ints, Ints]
@@ -30,7 +30,7 @@ class IdSwitch(NamedTuple):
 
 
 def clear_hits(sequence: TrackingSequence, hit_iou_min: float) -> Iterator[HitStep]:
-    """Yield each time step with its hits: vehicles (k,) and tracks (k,), matched as in trackeval's CLEAR.
+    """Yield each time step with its hits: vehicles (k,) and tracks (k,), matched by CLEAR.
 
     The pairs of the previous step are kept first, the others follow by overlap (Bernardin and Stiefelhagen 2008,
     section 2.1.3).
@@ -38,14 +38,14 @@ def clear_hits(sequence: TrackingSequence, hit_iou_min: float) -> Iterator[HitSt
     Parameters
     ----------
     sequence
-        The run, as for trackeval.
+        The run.
     hit_iou_min
         Least overlap of a hit.
     """
     matched_before = np.full(sequence["num_gt_ids"], NO_TRACK)
     steps = zip(sequence["gt_ids"], sequence["tracker_ids"], sequence["similarity_scores"], strict=True)
     for step, (vehicle, track, overlap) in enumerate(steps):
-        if not overlap.size:  # trackeval keeps the previous pairs in such a step
+        if not overlap.size:  # as in trackeval, the previous pairs stay
             continue
         score = overlap + CONTINUITY * (track == matched_before[vehicle][:, None])
         score[overlap < hit_iou_min - ROUNDING] = 0.0
@@ -76,3 +76,25 @@ def id_switches(vehicles: int, hits: Iterable[HitStep]) -> list[IdSwitch]:
         last_track[vehicle] = track
         last_step[vehicle] = step
     return found
+
+
+def fragments(vehicles: int, hits: Iterable[HitStep]) -> Ints:
+    """(V,) uninterrupted series of hits of each vehicle after its first.
+
+    A vehicle that is not graded for a while (hidden, out of range) interrupts its series, too.
+
+    Parameters
+    ----------
+    vehicles
+        Number of renumbered vehicles.
+    hits
+        From `clear_hits`.
+    """
+    series = np.zeros(vehicles, dtype=np.int64)
+    hit_before = np.zeros(vehicles, dtype=np.bool_)
+    for _, vehicle, _ in hits:
+        hit = np.zeros(vehicles, dtype=np.bool_)
+        hit[vehicle] = True
+        series += hit & ~hit_before
+        hit_before = hit
+    return np.maximum(series - 1, 0)

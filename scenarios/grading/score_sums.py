@@ -3,6 +3,8 @@
 The scores of any set of vehicles follow from their sums, so that vehicles can be left out without another matching.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats, Ints
@@ -21,6 +23,28 @@ def reached(counts: Ints) -> Ints:
     return np.asarray(counts[:, ::-1].cumsum(axis=1)[:, ::-1])
 
 
+def hota_sums(row: Ints, frames: Ints | Floats, counts: Ints, length: int) -> Floats:
+    """(length, 2 len(ALPHAS)) true positives of each unit, and sums of their association scores.
+
+    A pair matched in c frames adds c, and c * c / (frames of either) (Luiten et al. 2021, section 5.3).
+
+    Parameters
+    ----------
+    row
+        (M,) unit of each pair.
+    frames
+        (M,) frames of its vehicle and of its track, added.
+    counts
+        (M, len(ALPHAS)) frames in which they match, by the largest threshold reached.
+    length
+        Number of units.
+    """
+    matched = reached(counts)
+    out = np.zeros((length, 2 * len(ALPHAS)))
+    np.add.at(out, row, np.hstack([matched, matched**2 / (frames[:, None] - matched)]))
+    return out
+
+
 def hota(detections: Floats, matched: Floats, associated: Floats) -> Floats:
     """(R,) geometric mean of detection and association accuracy, averaged over thresholds (Luiten et al. 2021).
 
@@ -36,6 +60,47 @@ def hota(detections: Floats, matched: Floats, associated: Floats) -> Floats:
     # DetA = TP / (TP + FN + FP), AssA = sum of A / TP: TP cancels in their product.
     pooled: Floats = np.sqrt(associated / np.maximum(detections[:, None] - matched, 1.0)).mean(axis=1)
     return pooled
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingScores:
+    """Totals of one run."""
+
+    hota: float
+    """Mean over `ALPHAS`, as the next three."""
+    deta: float
+    assa: float
+    loca: float
+    most_matches: int
+    """HOTA's true positives at the threshold with most of them; without any, `loca` has no meaning."""
+    mota: float
+    id_switches: int
+    fragments: int
+    """Uninterrupted series of hits of a vehicle after its first, also if it was hidden or out of range in between."""
+    missed: int
+    false: int
+    idf1: float
+
+    @classmethod
+    def of(cls, scores: VehicleScores) -> "TrackingScores":
+        """Add up the summands of all vehicles."""
+        vehicles, tracks = int(scores.frames.sum()), int(scores.track_frames.sum())
+        hits, switches = int(scores.hits.sum()), int(scores.id_switches.sum())
+        matched, associated = np.split(_vehicle_hota_sums(scores).sum(axis=0), 2)
+        overlap = scores.pairs.overlap[::-1].cumsum()[::-1]
+        return cls(
+            hota=float(hota(np.array([vehicles + tracks]), matched[None], associated[None])[0]),
+            deta=float(np.mean(matched / np.maximum(vehicles + tracks - matched, 1.0))),
+            assa=float(np.mean(associated / np.maximum(matched, 1.0))),
+            loca=float(np.mean(np.divide(overlap, matched, np.ones_like(overlap), where=matched > 0.0))),
+            most_matches=int(matched.max()),
+            mota=(2 * hits - tracks - switches) / vehicles if vehicles else 0.0,
+            id_switches=switches,
+            fragments=int(scores.fragments.sum()),
+            missed=vehicles - hits,
+            false=tracks - hits,
+            idf1=2.0 * float(scores.identified.sum()) / max(vehicles + tracks, 1),
+        )
 
 
 def intervals(sequence: TrackingSequence, scores: VehicleScores, reported: Ints) -> dict[str, Interval]:
@@ -70,9 +135,9 @@ def _cluster_sums(sequence: TrackingSequence, scores: VehicleScores, reported: I
     """
     actor_ids = sequence["actor_ids"]
     unit = np.where(np.isin(reported, actor_ids), np.searchsorted(actor_ids, reported) + 1, 0)
-    observations = np.bincount(np.concatenate([[], *sequence["gt_ids"]]).astype(np.int64), minlength=len(actor_ids))
-    counts = np.column_stack([observations, scores.hits, scores.id_switches, scores.identified])
-    sums = np.hstack([np.vstack([np.zeros(counts.shape[1]), counts]), _hota_sums(observations, scores)])
+    counts = np.column_stack([scores.frames, scores.hits, scores.id_switches, scores.identified])
+    sums = np.hstack([counts, _vehicle_hota_sums(scores)])
+    sums = np.vstack([np.zeros(sums.shape[1]), sums])
     return np.column_stack([np.bincount(unit, minlength=len(sums)), sums])
 
 
@@ -88,11 +153,8 @@ def _scores(sums: Floats) -> dict[str, Floats]:
     }
 
 
-def _hota_sums(observations: Ints, scores: VehicleScores) -> Floats:
-    """(V + 1, 2 len(ALPHAS)) true positives and association scores of each unit; the first unit has none."""
-    vehicle, track = np.nonzero(scores.hota_matches[:, :, 1:].any(axis=2))
-    matched = reached(scores.hota_matches[vehicle, track, 1:])
-    either = observations[vehicle, None] + scores.track_frames[track, None] - matched
-    out = np.zeros((len(observations) + 1, 2 * len(ALPHAS)))
-    np.add.at(out, vehicle + 1, np.hstack([matched, matched**2 / either]))
-    return out
+def _vehicle_hota_sums(scores: VehicleScores) -> Floats:
+    """(V, 2 len(ALPHAS)) true positives of each vehicle, and sums of their association scores."""
+    pairs = scores.pairs
+    frames = scores.frames[pairs.vehicle] + scores.track_frames[pairs.track]
+    return hota_sums(pairs.vehicle, frames, pairs.matches, len(scores.frames))

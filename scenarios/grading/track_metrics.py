@@ -1,4 +1,4 @@
-"""Tracking metrics of a run except occlusion survival: scores by trackeval, and the metrics of the other modules."""
+"""Tracking metrics of a run except occlusion survival: HOTA, CLEAR, Identity, and the metrics of the other modules."""
 
 import pandas as pd
 
@@ -14,7 +14,7 @@ from luxloop.scenarios.grading.clear_table import ClearTable, clear_table
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.id_switches import HitStep, IdSwitch, clear_hits, id_switches
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
-from luxloop.scenarios.grading.tracking_scores import TrackingScores, VehicleScores
+from luxloop.scenarios.grading.tracking_scores import VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
 from luxloop.sensor_model.truth import NO_ACTOR
 
@@ -54,8 +54,8 @@ def _grade_scores(
     sheet: MetricSheet, sequence: TrackingSequence, hits: list[HitStep], clear: ClearTable, config: GradingConfig
 ) -> None:
     """Enter HOTA, CLEAR and Identity, with intervals for the main scores."""
-    scores = TrackingScores.of(sequence, config.hit_iou_min)
     of_vehicles = VehicleScores.of(sequence, config.hit_iou_min, hits)
+    scores = score_sums.TrackingScores.of(of_vehicles)
     followed = clear.tracks["actor_id"].where(clear.tracks["verdict"] == "graded", NO_ACTOR).to_numpy()
     interval = score_sums.intervals(sequence, of_vehicles, followed)
     vehicles, reported = sequence["num_gt_dets"], sequence["num_tracker_dets"]

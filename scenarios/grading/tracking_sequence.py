@@ -1,4 +1,4 @@
-"""Input of the tracking scores: graded vehicles, tracks and their overlaps per frame, in trackeval's layout."""
+"""Input of the tracking scores: graded vehicles, tracks and their overlaps per frame."""
 
 from typing import TypedDict
 
@@ -9,9 +9,9 @@ from luxloop.scenarios.arrays import Floats, Ints
 
 
 class TrackingSequence(TypedDict):
-    """A run of V vehicles and T tracks with ids renumbered from 0, as trackeval's metric classes expect it.
+    """A run of V vehicles and T tracks with ids renumbered from 0.
 
-    `frames` and `actor_ids` are ours: trackeval ignores them.
+    The keys are trackeval's, so that tests give the same sequence to its metric classes; it ignores the first two.
     """
 
     frames: Ints

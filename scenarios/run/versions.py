@@ -4,7 +4,7 @@ import platform
 from functools import cache
 from importlib.metadata import version
 
-PACKAGES = ("luxloop", "numpy", "numba", "scipy", "filterpy", "trackeval", "libsumo", "highway-env")
+PACKAGES = ("luxloop", "numpy", "numba", "scipy", "filterpy", "libsumo", "highway-env")
 
 Versions = dict[str, str]
 

@@ -451,7 +451,7 @@ def running(*arguments):
 def test_list_imports_no_slow_package():
     code = "import sys; from luxloop.scenarios.cli import main; main(['list']); print(*sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    heavy = {"numpy", "pandas", "numba", "libsumo", "highway_env", "rerun", "trackeval"}
+    heavy = {"numpy", "pandas", "numba", "libsumo", "highway_env", "rerun"}
     assert heavy.isdisjoint(out.splitlines()[-1].split())
 
 
@@ -464,7 +464,7 @@ def test_a_misspelt_scenario_is_reported_before_slow_packages_are_imported(scena
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
     exit_code, modules = ran.stdout.splitlines()
     assert (exit_code, len(ran.stderr.splitlines())) == ("2", 1)
-    assert {"pandas", "numba", "scipy", "matplotlib", "rerun", "trackeval"}.isdisjoint(modules.split())
+    assert {"pandas", "numba", "scipy", "matplotlib", "rerun"}.isdisjoint(modules.split())
 
 
 def test_the_trace_is_the_same_in_any_process_under_any_hash_seed(capfd, monkeypatch):

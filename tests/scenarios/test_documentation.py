@@ -58,7 +58,7 @@ SHORT_S = "1"
 """Simulated time of shipped scenarios here [s]."""
 ABSENT = (
     *("sim", "sensor_model", "scenarios", "libsumo", "highway_env", "gymnasium", "rerun", "pandas", "pyarrow"),
-    *("pydantic", "typer", "rich", "shapely", "trackeval", "matplotlib"),
+    *("pydantic", "typer", "rich", "shapely", "matplotlib"),
 )
 """Packages that the tracker alone must not need."""
 MADE_LATER = {"benchmarks/latest.json"}

@@ -14,7 +14,7 @@ from luxloop.scenarios.commands.extras import EXTRAS
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OPTIONAL = {
     *(package for packages in EXTRAS.values() for package in packages),
-    *("commonroad", "pytest", "_pytest", "xdist", "mkdocs", "material", "hypothesis"),
+    *("commonroad", "pytest", "_pytest", "xdist", "mkdocs", "material", "hypothesis", "trackeval", "cv2"),
 }
 """Modules that the base dependencies do not install."""
 COMMANDS = {
@@ -107,4 +107,4 @@ def test_version_names_luxloop_first_and_every_package_that_can_change_a_result(
     lines = run.stdout.splitlines()
     assert lines[0] == f"luxloop {PROJECT['version']}"
     assert [line.split()[0] for line in lines[1:3]] == ["python", "numpy"]
-    assert {"numba", "scipy", "filterpy", "trackeval", "libsumo", "highway-env"} <= {line.split()[0] for line in lines}
+    assert {"numba", "scipy", "filterpy", "libsumo", "highway-env"} <= {line.split()[0] for line in lines}

@@ -1,8 +1,8 @@
 """Metrics of people and riders, from the tables of a run.
 
 A track is matched by the distance of the centres: a person of 0.5 m has no rectangle at the resolution of the rig, and
-an overlap would only measure its noise. HOTA, CLEAR and Identity are those of trackeval, with trackeval's similarity of
-points, 1 - distance / match_distance_m.
+an overlap would only measure its noise. HOTA, CLEAR and Identity use the similarity of points, 1 - distance /
+match_distance_m, as in trackeval.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from luxloop.scenarios.grading.clear_table import ClearTable, clear_table
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.id_switches import HitStep, clear_hits
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
-from luxloop.scenarios.grading.tracking_scores import TrackingScores, VehicleScores
+from luxloop.scenarios.grading.tracking_scores import VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
 from luxloop.scenarios.grading.vulnerable.vulnerable_names import COUNTS, GROUPS, KIND_NAMES, MISSED_SHARE, SCORES
 from luxloop.scenarios.grading.vulnerable.vulnerable_tracks import VEHICLE, SmallTracks, small_tracks
@@ -95,8 +95,8 @@ def _grade_scores(
     why: str,
 ) -> None:
     """Enter HOTA, CLEAR and Identity."""
-    scores = TrackingScores.of(sequence, HIT_SIMILARITY)
     sums = VehicleScores.of(sequence, HIT_SIMILARITY, hits)
+    scores = score_sums.TrackingScores.of(sums)
     followed = clear.tracks["actor_id"].where(clear.tracks["verdict"] == "graded", NO_ACTOR).to_numpy()
     interval = score_sums.intervals(sequence, sums, followed)
     users = sequence["num_gt_dets"]

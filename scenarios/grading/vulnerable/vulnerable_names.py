@@ -19,7 +19,7 @@ SCORES = {
     "mota": "CLEAR multiple object tracking accuracy; a hit is within half of match_distance_m",
     "idf1": "F1 score of identities",
 }
-"""Scores of trackeval with their meanings."""
+"""Scores with their meanings."""
 
 COUNTS = {
     "id_switches": "changes of the track that hits one of them (CLEAR)",

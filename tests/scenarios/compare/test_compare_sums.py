@@ -1,16 +1,13 @@
-"""Sums per vehicle: those of HOTA, CLEAR and Identity add up to trackeval's values, the others to the metrics."""
+"""Sums per vehicle: they add up to the metrics of a run, and runs are pooled as by trackeval."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from support import recorded
-from support.sequences import random_sequence
 
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
 from luxloop.scenarios.compare.truth_sums import TRUTH
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
-from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
+from luxloop.scenarios.grading.tracking_scores import ALPHAS
 from luxloop.scenarios.grading.tracking_sequence import tracking_sequence
 from luxloop.sensor_model.truth import NO_ACTOR
 
@@ -23,22 +20,6 @@ RATES = {
 NAMED_AS_IN_A_RESULT = [
     metric for metric in COMPARED_METRICS if metric.name not in {*RATES, "track.heading_unflipped_mean_deg"}
 ]
-
-
-@given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))
-@settings(max_examples=60)
-def test_vehicle_scores_add_up_to_trackevals_counts(seed, vehicles, tracks):
-    from trackeval.metrics import CLEAR, HOTA, Identity
-
-    data = random_sequence(seed, vehicles, tracks)
-    found = VehicleScores.of(data, 0.5)
-    clear, identity = CLEAR(dict(LIMIT)).eval_sequence(data), Identity(dict(LIMIT)).eval_sequence(data)
-    hota = HOTA().eval_sequence(data)
-    assert found.hits.sum() == clear["CLR_TP"]
-    assert found.id_switches.sum() == clear["IDSW"]
-    assert found.identified.sum() == identity["IDTP"]
-    matched = found.hota_matches[:, :, :0:-1].cumsum(axis=2)[:, :, ::-1]
-    assert matched.sum(axis=(0, 1)).tolist() == hota["HOTA_TP"].tolist()
 
 
 def test_hota_sums_by_hand():

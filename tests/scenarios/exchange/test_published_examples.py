@@ -10,7 +10,8 @@ from support.box_files import Box
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.exchange.distance_matching import DistanceStep, count, match_frames
 from luxloop.scenarios.exchange.recall_average import RECALLS, WORST_MOTP_M, average, recall_curve
-from luxloop.scenarios.grading.tracking_scores import TrackingScores
+from luxloop.scenarios.grading.score_sums import TrackingScores
+from luxloop.scenarios.grading.tracking_scores import VehicleScores
 
 FIGURE_1 = {
     "A": (range(50), 0.50, 0.50, 0.50, 0.50, 0.67),
@@ -72,7 +73,7 @@ def test_the_identity_score_of_the_example_of_py_motmetrics():
         "gt_ids": [np.array(t) for t, _, _ in README], "tracker_ids": [np.array(k) for _, k, _ in README],
         "similarity_scores": overlaps,
     }  # fmt: skip
-    scores = TrackingScores.of(sequence, 0.5)
+    scores = TrackingScores.of(VehicleScores.of(sequence, 0.5))
     assert scores.idf1 == pytest.approx(5 / 6, abs=1e-12)
     assert scores.mota == pytest.approx(0.5, abs=1e-12)
 

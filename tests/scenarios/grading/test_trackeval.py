@@ -1,7 +1,7 @@
 """HOTA, CLEAR and Identity of real runs, compared with trackeval's own file format, reader and evaluator.
 
-The project calls trackeval's metric classes with data from its tables. Here the boxes of these runs are written as MOT
-Challenge files, and trackeval reads the files, matches ids and frames, and evaluates.
+The boxes of these runs are written as MOT Challenge files; trackeval reads the files, matches ids and frames, and
+evaluates.
 """
 
 import numpy as np
