@@ -1,27 +1,30 @@
-# Start with `make demo` and `make test`. Both make the virtual environment if it is missing.
+# Start with `make demo` and `make test`. Both make the virtual environment if it is missing, by another Python with
+# `make demo PYTHON=python3.13`.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
+PIP := $(BIN)/pip --quiet --disable-pip-version-check
 
 .PHONY: demo test slow soak check site smoke catalog baseline bench lock
 
 demo: .venv/installed
+	@echo "Running the scenario sumo-crossing. The first run compiles luxloop's kernels, which takes about two minutes."
 	$(BIN)/luxloop run sumo-crossing
 
 # The kernels are compiled first, so that parallel tests do not each compile them.
-test: .venv/installed
+test: .venv/developed
 	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest -n 2
 
 # Tests that take minutes: a thousand mutated scenario files, killed runs, sweeps of two thousand runs, the wheel.
-slow: .venv/installed
+slow: .venv/developed
 	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest -n 2 -m slow
 
 # Tests that take up to an hour, for releases: ten thousand broken inputs, a hundred kills, a hundred thousand rows.
-soak: .venv/installed
+soak: .venv/developed
 	$(BIN)/pytest -n 2 -m soak
 
-check: .venv/installed
+check: .venv/developed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -29,17 +32,17 @@ check: .venv/installed
 	$(MAKE) --no-print-directory site
 
 # The documentation as a site, in site/. Broken links and anchors fail, but not with --quiet, which hides them.
-site: .venv/installed
+site: .venv/developed
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 # Scenarios as tests: the smoke suite or the whole catalog, compared with the committed baseline. luxloop.html is the report.
 BASELINE := scenarios/baseline/catalog.jsonl
 
-smoke: .venv/installed
+smoke: .venv/developed
 	$(BIN)/pytest scenarios/catalog -m smoke -n 2 --luxloop-out runs/smoke --junitxml luxloop.xml --luxloop-report luxloop.html
 	$(BIN)/luxloop compare $(BASELINE) runs/smoke
 
-catalog: .venv/installed
+catalog: .venv/developed
 	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest scenarios/catalog -n 2 --luxloop-out runs/catalog --junitxml luxloop.xml --luxloop-report luxloop.html
 	$(BIN)/luxloop compare $(BASELINE) runs/catalog
@@ -48,25 +51,39 @@ catalog: .venv/installed
 baseline:
 	$(BIN)/luxloop baseline runs/catalog --out $(BASELINE)
 
-bench: .venv/installed
+bench: .venv/developed
 	$(BIN)/python -m benchmarks
 
-# ouster-sdk pins versions of other packages that exclude those of rerun-sdk; it runs with the ones in constraints.txt.
-# osi-python needs a newer protobuf than commonroad-io; tests read OSI traces with it in a process of its own.
-.venv/installed: constraints.txt constraints-ouster.txt constraints-osi3.txt pyproject.toml
-	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r constraints.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r constraints-ouster.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --upgrade --target .venv/osi3 -r constraints-osi3.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
-	touch $@
+# The environment of the run time: the packages of constraints.txt, and luxloop itself. It is made anew when they change,
+# because pip keeps packages that are not listed any more.
+.venv/packages: constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "luxloop needs Python 3.11 or newer, $(PYTHON) is " + sys.version.split()[0])'
+	@echo "Making the virtual environment .venv."
+	$(PYTHON) -m venv --clear .venv
+	@echo "Installing the packages of constraints.txt into .venv, 1.5 GB on disk. This takes a minute or more."
+	$(PIP) install --require-hashes -r constraints.txt
+	@touch $@
 
-# Pin the dependencies of pyproject.toml and of all extras but `opendrive`; needs uv. Pinned versions stay:
-# `make lock UPGRADE=--upgrade` takes the newest ones.
+.venv/installed: .venv/packages pyproject.toml
+	@echo "Installing luxloop into .venv."
+	$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# The same packages and those for development. Packages that exclude some of them are installed by the tests that need
+# them, in folders of their own (tests/support/separate_packages.py).
+.venv/developed: .venv/installed constraints-dev.txt
+	@echo "Installing the packages for development of constraints-dev.txt into .venv, 0.7 GB more. This takes a minute or more."
+	$(PIP) install --require-hashes -r constraints-dev.txt
+	@touch $@
+
+# Pin the dependencies for development (all extras but `opendrive`), and those of the run time in the same versions;
+# needs uv. Pinned versions stay: `make lock UPGRADE=--upgrade` takes the newest ones. numpy and scipy are the newest for
+# Python 3.11, so that results are the same under every Python.
+COMPILE = uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate $(UPGRADE)
+
 lock:
-	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
-	    --no-header --no-annotate --output-file constraints.txt $(UPGRADE)
-	echo "osi-python>=3.8" | uv pip compile - --universal --python-version 3.11 --generate-hashes \
-	    --no-header --no-annotate --output-file constraints-osi3.txt $(UPGRADE)
-	echo "ouster-sdk>=1.0.1" | uv pip compile - --no-deps --universal --python-version 3.11 --generate-hashes \
-	    --no-header --no-annotate --output-file constraints-ouster.txt $(UPGRADE)
+	printf "numpy<2.5\nscipy<1.18\n" | $(COMPILE) pyproject.toml --extra dev --group build --constraint - \
+	    --output-file constraints-dev.txt
+	$(COMPILE) pyproject.toml --group build --constraint constraints-dev.txt --output-file constraints.txt
+	echo "osi-python>=3.8" | $(COMPILE) - --output-file constraints-osi3.txt
+	echo "ouster-sdk>=1.0.1" | $(COMPILE) - --no-deps --output-file constraints-ouster.txt

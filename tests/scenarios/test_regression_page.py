@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -58,10 +59,17 @@ def test_the_workflow_on_the_page_is_that_of_the_example_repository():
     assert {"warm-up", "compare"} <= COMMANDS
 
 
-def test_the_workflow_of_luxloop_runs_the_ci_script():
-    assert runs(WORKFLOW.read_text(encoding="utf-8")) == [[".ci/run"]]
+def test_the_workflow_of_luxloop_runs_the_targets_of_the_ci_script_under_every_python():
+    yaml = pytest.importorskip("yaml", reason="PyYAML comes with the documentation's packages")
+    (job,) = yaml.safe_load(WORKFLOW.read_text(encoding="utf-8"))["jobs"].values()
+    assert [step["run"] for step in job["steps"] if "run" in step] == ["make ${{ matrix.target }} PYTHON=python"]
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
     targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)[1].split()
     typed = re.findall(r"^make (\w+)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), re.MULTILINE)
-    assert typed == ["check", "test", "slow", "catalog"]
+    matrix = job["strategy"]["matrix"]
+    assert typed == ["demo", *matrix["target"]] == ["demo", "check", "test", "slow", "catalog"]
     assert set(typed) <= set(targets)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert [f"Programming Language :: Python :: {python}" for python in matrix["python"]] == [
+        line for line in project["classifiers"] if re.search(r":: 3\.\d+$", line)
+    ]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from support import exported_run, short_run
+from support import exported_run, separate_packages, short_run
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import TracksError
@@ -18,10 +18,6 @@ from luxloop.scenarios.exchange.osi import object_types, trace_boxes
 from luxloop.scenarios.grading.plane_geometry import into_frame
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.sensor_model.rig.beams import unit_table
-
-OSI3 = Path(sys.prefix) / "osi3"
-"""Folder of osi-python, apart: commonroad-io and osi-python need different versions of protobuf."""
-needs_osi3 = pytest.mark.skipif(not OSI3.is_dir(), reason=f"osi-python is not in {OSI3}; make test installs it")
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +44,8 @@ def frames(run):
 def seen(trace):
     """The trace as `osi3` reads it, in a process with its own protobuf."""
     reader = Path(exported_run.__file__).with_name("osi3_reader.py")
-    command = [sys.executable, str(reader), str(trace)]
-    done = subprocess.run(command, capture_output=True, check=True, env=os.environ | {"PYTHONPATH": str(OSI3)})
+    command, packages = [sys.executable, str(reader), str(trace)], str(separate_packages.folder_of("osi3"))
+    done = subprocess.run(command, capture_output=True, check=True, env=os.environ | {"PYTHONPATH": packages})
     return json.loads(done.stdout)
 
 
@@ -62,7 +58,6 @@ WORLD = ["x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]
 VELOCITY = ["vx_world_mps", "vy_world_mps"]
 
 
-@needs_osi3
 def test_the_file_is_a_multi_channel_trace_as_asam_defines_it(seen, run):
     """OSI trace file formats, multi channel trace file format: metadata, schemas, channels, chunks and times."""
     ((name, metadata),) = seen["metadata"]
@@ -87,7 +82,6 @@ def test_the_file_is_a_multi_channel_trace_as_asam_defines_it(seen, run):
         assert {message["version"] for message in messages} == {8}
 
 
-@needs_osi3
 def test_the_truth_is_that_of_the_run(seen, frames, run):
     messages = seen["messages"]["ground_truth"]
     assert len(messages) == len(frames)
@@ -113,7 +107,6 @@ def test_the_truth_is_that_of_the_run(seen, frames, run):
     assert len(ids) == 1 + len(frames[0][0].actors) + 2
 
 
-@needs_osi3
 def test_obstacles_have_the_boxes_of_the_scenario(seen):
     """By hand: a wall from (-20, 15) to (20, 15), 3 m high, and a house from (-12, -20) to (-4, -14), 1 m to 6 m."""
     for message in seen["messages"]["ground_truth"]:
@@ -122,7 +115,6 @@ def test_obstacles_have_the_boxes_of_the_scenario(seen):
         assert house == pytest.approx([-8.0, -17.0, 0.0, 8.0, 6.0, 6.0, 3.0])
 
 
-@needs_osi3
 def test_detections_are_the_points_of_each_unit(seen, frames, run):
     """Turned back by the definition of OSI: elevation about y by the right-hand rule, then azimuth about z."""
     units, total = unit_table(run.rig), 0
@@ -150,7 +142,6 @@ def test_detections_are_the_points_of_each_unit(seen, frames, run):
     assert total == sum(len(scan) for _, scan, _ in frames) > 1000
 
 
-@needs_osi3
 def test_tracks_are_those_of_the_run_in_both_frames(seen, frames, run):
     tracks, updates = confirmed(run), seen["messages"]["tracks/world"]
     expected = tracks[["track_id", *WORLD, *VELOCITY]].to_numpy(float)
@@ -164,7 +155,6 @@ def test_tracks_are_those_of_the_run_in_both_frames(seen, frames, run):
             np.testing.assert_array_equal(row[1:4], into_frame(pose[None], frame.ego.pose_world)[0])
 
 
-@needs_osi3
 def test_both_implementations_find_the_same_objects(seen, trace):
     """`osi3` and `betterosi`, which luxloop uses: the same counts, ids, positions and sizes."""
     truth, _ = trace_boxes.read(trace, "truth")

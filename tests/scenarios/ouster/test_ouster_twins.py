@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support import separate_packages
 from support.real_data import real_file
 from twin.comparison import compare
 from twin.counts import on_car
@@ -24,7 +25,7 @@ def folder():
 
 @pytest.fixture(scope="module")
 def frames(folder):
-    pytest.importorskip("ouster.sdk")
+    separate_packages.append_to_path("ouster")
     return {view.recording: load_frame(folder, view) for view in load_views()}
 
 

@@ -1,10 +1,10 @@
 """Real recordings, where their folder is given: datmo's drives and Ouster's streets, see docs/recordings.md."""
 
 import json
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from support import separate_packages
 from support.real_data import real_file
 
 from luxloop.scenarios.cli import main
@@ -41,9 +41,9 @@ def test_scans_agree_with_the_recording_read_by_others(tmp_path):
         assert np.hypot(*scan.points_ego[:, :2].T) == pytest.approx(valid, abs=1e-5)
 
 
-@pytest.mark.skipif(find_spec("ouster") is None, reason="ouster-sdk is not installed, see docs/recordings.md")
 def test_an_ouster_capture_is_levelled_cut_and_tracked(tmp_path):
     capture = real_file("ouster/OS-1-128_v2.3.0_1024x10_lb_n3.pcap")
+    separate_packages.append_to_path("ouster")
     assert main(["import", str(capture), "--out", str(tmp_path / "recorded"), *OUSTER]) == 0
     recording = Recording(tmp_path / "recorded")
     assert recording.time_s == pytest.approx([0.0, 0.1, 0.2], abs=0.001)
@@ -57,10 +57,10 @@ def test_an_ouster_capture_is_levelled_cut_and_tracked(tmp_path):
     assert {"report.html", "recording.rrd"} <= {path.name for path in (tmp_path / "tracks").iterdir()}
 
 
-@pytest.mark.skipif(find_spec("ouster") is None, reason="ouster-sdk is not installed, see docs/recordings.md")
 def test_a_truncated_capture_is_one_line(tmp_path, capsys):
     name = "ouster/OS-1-32-G_v2.1.1_1024x10"
     data = real_file(f"{name}.pcap").read_bytes()
+    separate_packages.append_to_path("ouster")
     (tmp_path / "a.json").write_bytes(real_file(f"{name}.json").read_bytes())
     (tmp_path / "a.pcap").write_bytes(data[:-1000])
     assert main(["import", str(tmp_path / "a.pcap"), "--out", str(tmp_path / "out"), *OUSTER]) == 2
