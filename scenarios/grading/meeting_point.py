@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-import shapely
 
 from luxloop.scenarios.arrays import Floats
 
@@ -48,22 +47,31 @@ class EgoPath(NamedTuple):
             Its last speed [m/s].
         """
         reach = 0.5 * (self.width_m + boxes[0, 4])
-        path = _path(boxes, AHEAD_S * last_mps)
-        shapely.prepare(path)
-        points = shapely.points(self.front)
-        near = np.flatnonzero(shapely.dwithin(path, points, reach))
+        distance_m = _distances(_path(boxes, AHEAD_S * last_mps), self.front)
+        near = np.flatnonzero(distance_m <= reach)
         if not len(near) or near[0] == 0:
             return NO_MEETING
         frames = near[0] + np.array([-1, 0])
-        before, after = shapely.distance(path, points[frames])
+        before, after = distance_m[frames]
         share = (before - reach) / (before - after)
         time_s, along_m = (column[frames] @ (1.0 - share, share) for column in (self.time_s, self.along_m))
         return float(time_s), float(along_m)
 
 
-def _path(boxes: Floats, ahead_m: float) -> shapely.LineString:
-    """Return the centre's path of boxes (K, 5), from the rear of the first to the front of the last and farther."""
+def _path(boxes: Floats, ahead_m: float) -> Floats:
+    """(K + 2, 2) centre's path of boxes (K, 5), from the rear of the first to the front of the last and farther."""
     heading = np.column_stack([np.cos(boxes[:, 2]), np.sin(boxes[:, 2])])
     half_m = 0.5 * boxes[0, 3]
     rear, front = boxes[0, :2] - half_m * heading[0], boxes[-1, :2] + (half_m + ahead_m) * heading[-1]
-    return shapely.LineString(np.vstack([rear, boxes[:, :2], front]))
+    return np.vstack([rear, boxes[:, :2], front])
+
+
+def _distances(path: Floats, points: Floats) -> Floats:
+    """(N,) distances of points (N, 2) from a polyline (K, 2) [m]."""
+    step = np.diff(path, axis=0)
+    length_squared = np.sum(step**2, axis=1)
+    offset = points[:, None] - path[:-1]
+    along = np.sum(offset * step, axis=2)
+    share = np.divide(along, length_squared, np.zeros_like(along), where=length_squared > 0.0)  # a standing actor
+    apart = offset - np.clip(share, 0.0, 1.0)[..., None] * step
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1))

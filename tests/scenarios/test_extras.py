@@ -14,7 +14,7 @@ from luxloop.scenarios.commands.extras import EXTRAS
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OPTIONAL = {
     *(package for packages in EXTRAS.values() for package in packages),
-    *("commonroad", "pytest", "_pytest", "xdist", "mkdocs", "material", "hypothesis", "trackeval", "cv2"),
+    *("commonroad", "pytest", "_pytest", "xdist", "mkdocs", "material", "hypothesis", "trackeval", "cv2", "shapely"),
 }
 """Modules that the base dependencies do not install."""
 COMMANDS = {

@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
 
-from luxloop.scenarios.grading.meeting_point import EgoPath
+from luxloop.scenarios.grading.meeting_point import AHEAD_S, EgoPath
 
 TIME_S = np.arange(60) * 0.1
 
@@ -58,3 +61,24 @@ def test_paths_that_do_not_meet(boxes):
 def test_the_path_of_a_standing_actor_is_its_length():
     # Its rear is at 30 - 2 = 28 m; the front comes within 1.8 m of it at 26.2 m, 24.2 m from the start.
     assert path().meeting(straight(30.0, 0.0, 0.0, 0.0), 0.0)[1] == pytest.approx(24.2)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 4.0, 9.0]))
+def test_the_first_near_point_is_that_of_shapely(seed, speed_mps):
+    """Winding paths; both lie on the boundary of the actor's path, widened by half of both widths."""
+    rng = np.random.default_rng(seed)
+    yaw = rng.uniform(-np.pi, np.pi) + np.cumsum(rng.normal(0.0, 0.05, 60))
+    boxes = straight(rng.uniform(5.0, 50.0), rng.uniform(-25.0, 25.0), 0.0, 0.0)
+    boxes[:, 2] = yaw
+    boxes[1:, :2] += np.cumsum(0.1 * speed_mps * np.column_stack([np.cos(yaw), np.sin(yaw)]), axis=0)[:-1]
+    heading = np.column_stack([np.cos(yaw), np.sin(yaw)])
+    ends = boxes[0, :2] - 2.0 * heading[0], boxes[-1, :2] + (2.0 + AHEAD_S * speed_mps) * heading[-1]
+    line, ego = shapely.LineString([ends[0], *boxes[:, :2], ends[1]]), path()
+    distance_m = shapely.distance(line, shapely.points(ego.front))
+    near = np.flatnonzero(distance_m <= 1.8)
+    along_m = ego.meeting(boxes, speed_mps)[1]
+    if not len(near) or near[0] == 0:
+        assert np.isnan(along_m)
+    else:
+        expected = np.interp(-1.8, -distance_m[near[0] - 1 : near[0] + 1], ego.along_m[near[0] - 1 : near[0] + 1])
+        assert along_m == pytest.approx(expected, abs=1e-9)
