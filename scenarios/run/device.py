@@ -82,9 +82,32 @@ def load(spec: str) -> DeviceFactory:
     if not callable(factory):
         problem = "is not callable" if hasattr(module, name) else "is not there"
         raise DeviceError(f"--tracker {spec}: {name} {problem} in {place}; name a class with step(scan)")
-    if hasattr(factory, "see_truth"):
-        raise DeviceError(f"--tracker {spec}: see_truth would receive the ground truth; a tracker has no such method")
+    _refuse_oracle(factory, f"--tracker {spec}")
     return factory  # type: ignore[no-any-return]
+
+
+def _refuse_oracle(factory: object, named: str) -> None:
+    if hasattr(factory, "see_truth"):
+        raise DeviceError(f"{named}: see_truth would receive the ground truth; a tracker has no such method")
+
+
+def factory_of(tracker: str | DeviceFactory | None) -> DeviceFactory:
+    """Return the factory of a tracker: a class or function as it is, a text as `load` reads it, else the shipped one.
+
+    Raises
+    ------
+    DeviceError
+        As `load`, or an object that is no class or function.
+    """
+    if tracker is None or isinstance(tracker, str):
+        return load(tracker or SHIPPED)
+    if not callable(tracker):
+        kind = type(tracker).__name__
+        raise DeviceError(
+            f"tracker: a {kind} cannot be called; give a class or a function that makes it, as lambda config: ..."
+        )
+    _refuse_oracle(tracker, f"tracker {name_of(tracker)}")
+    return tracker
 
 
 def absolute(spec: str) -> str:

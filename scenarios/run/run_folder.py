@@ -123,6 +123,7 @@ def read(folder: Path) -> Result:
             config=document["config"],
             versions=document["versions"],
             warnings=tuple(map(str, document.get("warnings", ()))),
+            out=folder,
         )
     except (FileNotFoundError, NotADirectoryError) as error:
         raise _not_a_run(folder) from error
