@@ -76,11 +76,14 @@ def _text(key: str, value: object) -> str:
     """Return a value as TOML; a text without quotes if it is still read as that text."""
     if isinstance(value, str) and _value(value) == value:
         return value
-    text = _toml(value)
-    if _value(text) != value:
-        kinds = "a finite number, a text, true or false, or a list or mapping of these"
-        raise ScenarioError(f"--set {key}: {value!r} cannot be written in a scenario file; give {kinds}")
-    return text
+    try:
+        text = _toml(value)
+        if _value(text) == value:
+            return text
+    except TypeError:  # of json, for other types
+        pass
+    kinds = "a finite number, a text, true or false, or a list or mapping of these"
+    raise ScenarioError(f"--set {key}: {value!r} cannot be written in a scenario file; give {kinds}")
 
 
 def _toml(value: object) -> str:
@@ -88,7 +91,7 @@ def _toml(value: object) -> str:
         return f"{{{', '.join(f'{_toml(key)} = {_toml(item)}' for key, item in value.items())}}}"
     if isinstance(value, list):
         return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False, default=repr)
+    return json.dumps(value, ensure_ascii=False)
 
 
 def parse(text: str) -> tuple[Key, Any]:

@@ -171,7 +171,7 @@ def _read_metric(document: dict[str, Any]) -> Metric:
 
 
 def _read_table(path: Path) -> pd.DataFrame:
-    table = pd.read_parquet(path)
+    table = pd.read_parquet(path, partitioning=None)  # a folder NAME=VALUE is the run of a set key
     require_table(path.stem, table)
     return table
 
