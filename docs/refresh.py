@@ -1,11 +1,12 @@
 """Write generated tables and quoted reports into the documentation. Tests fail where a page is out of date.
 
-    python docs/refresh.py                             # tables of keys and scenarios, and the library's example
+    python docs/refresh.py                             # tables of keys and scenarios, output of Python examples
     luxloop run sumo-crossing
     python docs/refresh.py runs/sumo-crossing-seed1    # also the reports in README.md and docs/getting-started.md
 
 Generated text is between `<!-- keys of NAME -->`, `<!-- scenarios of FAMILY -->`, `<!-- known failures -->`,
-`<!-- output -->` or `<!-- report -->` and `<!-- end -->`. `docs/paper_variants.py` writes the paper's tables.
+`<!-- output -->`, `<!-- first run -->` or `<!-- report -->` and `<!-- end -->`. `docs/paper_variants.py` writes the
+paper's tables.
 """
 
 import json
@@ -23,10 +24,13 @@ from luxloop.scenarios.study.study_file import Study
 DOCS = Path(__file__).parent
 SCENARIO_FILES = DOCS / "scenario-files.md"
 STUDY_PAGES = (DOCS / "study-files.md", DOCS / "search.md")
-LIBRARY = DOCS / "library.md"
+PYTHON = DOCS / "python.md"
 CATALOG = DOCS / "catalog.md"
-EXAMPLE = (DOCS / "examples" / "track_csv.py", DOCS / "examples" / "points.csv")
-"""Program and input of the output shown in `LIBRARY`."""
+EXAMPLES = {
+    "first run": (DOCS / "examples" / "first_run.py",),
+    "output": (DOCS / "examples" / "track_csv.py", DOCS / "examples" / "points.csv"),
+}
+"""Programs with their arguments, by the blocks of `PYTHON` that show their output."""
 
 
 class Quote(NamedTuple):
@@ -71,8 +75,9 @@ def main() -> None:
     for page in STUDY_PAGES:
         page.write_text(with_keys(page.read_text(encoding="utf-8"), Study.model_json_schema()), encoding="utf-8")
     CATALOG.write_text(with_scenarios(CATALOG.read_text(encoding="utf-8")), encoding="utf-8")
-    output = subprocess.run([sys.executable, *EXAMPLE], capture_output=True, text=True, check=True).stdout
-    LIBRARY.write_text(with_text(LIBRARY.read_text(encoding="utf-8"), "output", output.strip()), encoding="utf-8")
+    for block, example in EXAMPLES.items():
+        output = subprocess.run([sys.executable, *example], capture_output=True, text=True, check=True).stdout
+        PYTHON.write_text(with_text(PYTHON.read_text(encoding="utf-8"), block, output.strip()), encoding="utf-8")
     for run in sys.argv[1:]:
         quote(Path(run))
 

@@ -1,6 +1,6 @@
 """Errors that a user can correct. Each message is one line: place, key, wrong value, remedy.
 
-- `InputError`, with the subclasses
+- `InputError`, a `luxloop.Error` like those of traffic and rigs, with the subclasses
     - `ScenarioError`: the scenario file
     - `StudyError`: the study file
     - `DeviceError`: the tracker named by --tracker; `ContractError`, exit code 4: it runs and breaks its contract
@@ -9,8 +9,10 @@
     - `TracksError`: a file of tracks, or of true boxes
 """
 
+from luxloop.errors import Error
 
-class InputError(Exception):
+
+class InputError(Error):
     """The request cannot be carried out."""
 
 

@@ -4,20 +4,16 @@ import hashlib
 import re
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-
-from rich.console import RenderableType
 
 from luxloop.scenarios.dataset import writer as dataset
 from luxloop.scenarios.dataset.writer import DatasetWriter
-from luxloop.scenarios.files.expect import Check, RunVerdict, check, verdict
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.frame_grade import FrameGrade
-from luxloop.scenarios.report import text as report
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import loop, run_folder
-from luxloop.scenarios.run.device import SHIPPED, DeviceFactory, short_name
+from luxloop.scenarios.run.device import SHIPPED, DeviceFactory, name_of, short_name
 from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Obstacles, WorldFrame
@@ -27,30 +23,15 @@ LONGEST_PART = 48
 """Characters of a tracker's name or of a setting in the name of a default folder."""
 
 
-@dataclass(frozen=True, slots=True)
-class ExecutedRun:
-    """A run whose folder is on disk."""
-
-    result: Result
-    checks: list[Check]
-    report: RenderableType
-    """The printed report."""
-    text: str
-    """The same as text, without colours."""
-    out: Path
-    """Folder of the run."""
-
-    @property
-    def verdict(self) -> RunVerdict:
-        """Verdict on the expectations of the scenario."""
-        return verdict(self.checks, self.result.complete)
-
-
 def default_folder(
-    scenario: Scenario, oracles: Sequence[str] = (), tracker: str | None = None, runs: Path = Path("runs")
+    scenario: Scenario,
+    oracles: Sequence[str] = (),
+    tracker: str | DeviceFactory | None = None,
+    runs: Path = Path("runs"),
 ) -> Path:
     """Return the default folder of a run; runs with oracles, another tracker or settings have folders of their own."""
     oracle = ["oracle", *oracles] if oracles else []
+    tracker = tracker if tracker is None or isinstance(tracker, str) else name_of(tracker)
     other = [] if tracker in (None, SHIPPED) else [file_name(short_name(tracker))]
     return runs / "-".join(
         [f"{scenario.name}-seed{scenario.seed}", *oracle, *other, *map(file_name, scenario.settings)]
@@ -73,8 +54,8 @@ def execute(
     dataset_to: Path | None = None,
     step_timeout_s: float = STEP_TIMEOUT_S,
     ahead: bool = False,
-) -> ExecutedRun:
-    """Run a scenario, grade it, and write its folder.
+) -> Result:
+    """Run a scenario, grade it, and write its folder, which is `out` of the result.
 
     Parameters
     ----------
@@ -116,10 +97,7 @@ def execute(
 
         record_to = folder / run_folder.RECORDING if record else None
         result = loop.run(scenario, make_device, record_to, export if writers else None, step_timeout_s, start, ahead)
-        checks = check(result.metrics, scenario.expect, result.config["device"])
-        printed = report.report(result, checks)
         for writer in writers:
             writer.finish(result)
-        text = report.as_text(printed)
-        run_folder.write(folder, result, checks, text)
-    return ExecutedRun(result, checks, printed, text, out)
+        run_folder.write(folder, result, result.checks, result.report())
+    return replace(result, out=out)

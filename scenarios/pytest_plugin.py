@@ -18,7 +18,7 @@ from luxloop.scenarios.files import toml_file
 from luxloop.scenarios.report.pytest_report import FOLDER, SuiteReport
 
 if TYPE_CHECKING:
-    from luxloop.scenarios.execute import ExecutedRun
+    from luxloop.scenarios.result import Result
 
 _TRAFFIC = re.compile(rb"^\s*\[{0,2}\s*traffic\b", re.MULTILINE)
 """Recognises a scenario among TOML files without parsing it: an invalid scenario must fail, not be skipped."""
@@ -129,11 +129,11 @@ class ScenarioItem(pytest.Item):
         option = self.config.getoption
         scenario = Scenario.load(self.path, {} if self.seed is None else {"seed": self.seed})
         make_device = device.load(option("--luxloop-tracker") or device.SHIPPED)
-        outcome = execute(scenario, make_device, self._out(), record=option("--luxloop-record"))
-        self._add_properties(outcome)
-        if outcome.verdict != "passed":
-            raise FailedRunError(self._explain(outcome))
-        known = [check.name for check in outcome.checks if check.outcome == "known failure"]
+        result = execute(scenario, make_device, self._out(), record=option("--luxloop-record"))
+        self._add_properties(result)
+        if result.verdict != "passed":
+            raise FailedRunError(self._explain(result))
+        known = [check.name for check in result.checks if check.outcome == "known failure"]
         if known:
             raise KnownFailuresError(f"known to fail: {', '.join(known)}")
 
@@ -143,35 +143,34 @@ class ScenarioItem(pytest.Item):
         place = above.relative_to(root) if above.is_relative_to(root) else above.relative_to(above.anchor)
         return Path(self.config.getoption("--luxloop-out")) / place / self.name
 
-    def _add_properties(self, outcome: "ExecutedRun") -> None:
+    def _add_properties(self, result: "Result") -> None:
         """Record the figures for the JUnit file."""
-        self.user_properties += [("seed", self.seed), ("trace_hash", outcome.result.trace_hash)]
-        self.user_properties += [(FOLDER, str(outcome.out))]
-        figures = {check.name: check.metric.value for check in outcome.checks}
+        self.user_properties += [("seed", self.seed), ("trace_hash", result.trace_hash)]
+        self.user_properties += [(FOLDER, str(result.out))]
+        figures = {check.name: check.metric.value for check in result.checks}
         self.user_properties += [(name, "n/a" if value is None else value) for name, value in figures.items()]
 
-    def _explain(self, outcome: "ExecutedRun") -> str:
+    def _explain(self, result: "Result") -> str:
         """List the failed expectations with value, limit and worst frames, and the commands that show them."""
         from luxloop.scenarios.grading.worst_frames import worst_frames
         from luxloop.scenarios.report.cells import unit_of, value_of
 
-        result = outcome.result
         lines = [f"{result.scenario}: {result.config['description']}"]
         if not result.complete:
             lines.append(f"ended early, after {result.frames} frames: {result.ended_early}")
-        for check in outcome.checks:
+        for check in result.checks:
             if check.outcome == "failed":
                 unit = unit_of(check.metric)
                 lines.append(f"{check.name} = {value_of(check.metric)}{unit}, expected {check.limit}{unit}")
                 lines += [f"    {check.why}"] if check.why else []
                 lines += [f"    worst: {frame}" for frame in worst_frames(result, check.name)]
-        lines += ["", "To run it again and view it:", *self._commands(outcome)]
+        lines += ["", "To run it again and view it:", *self._commands(result)]
         return "\n".join(lines)
 
-    def _commands(self, outcome: "ExecutedRun") -> list[str]:
+    def _commands(self, result: "Result") -> list[str]:
         tracker = self.config.getoption("--luxloop-tracker")
-        again = ["luxloop", "run", str(self.path), "--seed", str(self.seed), "--out", str(outcome.out)]
-        commands = [again + (["--tracker", tracker] if tracker else []), ["luxloop", "view", str(outcome.out)]]
+        again = ["luxloop", "run", str(self.path), "--seed", str(self.seed), "--out", str(result.out)]
+        commands = [again + (["--tracker", tracker] if tracker else []), ["luxloop", "view", str(result.out)]]
         return [f"    {shlex.join(command)}" for command in commands]
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:

@@ -4,11 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from luxloop.errors import Error
 from luxloop.sim.arrays import Floats
 from luxloop.sim.world import Collision, Obstacles, WorldFrame
 
 
-class TrafficError(Exception):
+class TrafficError(Error):
     """Base class of traffic errors; the message is one line that names the cause, its location and the remedy."""
 
 

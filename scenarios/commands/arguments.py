@@ -1,11 +1,12 @@
 """Arguments and options shared by several commands."""
 
 import math
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from luxloop.scenarios.interface import STEP_TIMEOUT_S, cores
 
 
 def _scenarios(incomplete: str) -> list[str]:
@@ -68,8 +69,7 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Processes of this comp
 Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="host:port of a Dask scheduler whose workers carry out the runs.")
 ]
-DEFAULT_STEP_TIMEOUT_S = 60.0
-"""`luxloop.scenarios.run.time_limit.STEP_TIMEOUT_S`, whose import is slower than the help."""
+DEFAULT_STEP_TIMEOUT_S = STEP_TIMEOUT_S
 RetryErrors = Annotated[bool, typer.Option("--retry-errors", help="Run again what ended with an error.")]
 Figures = Annotated[
     str | None, typer.Option(metavar="FORMAT,...", help="Also write the figures as files: svg, pdf, png.")
@@ -96,8 +96,3 @@ def worker_count(workers: int | None, scheduler: str | None) -> int:
     if workers and scheduler:
         raise StudyError("--workers and --scheduler are both given; give one, a scheduler has its own workers")
     return workers or cores()
-
-
-def cores() -> int:
-    """Return the number of cores that this process may use; a container may allow fewer than the machine has."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -34,13 +34,13 @@ def compare(
     """
     import json
 
-    from luxloop.scenarios.compare import comparison as verdict
-    from luxloop.scenarios.compare import comparison_files, comparison_table, run_pairs, sides
+    from luxloop.scenarios import interface
+    from luxloop.scenarios.compare import comparison_files, comparison_table
     from luxloop.scenarios.compare.comparison_json import document
     from luxloop.scenarios.report import text
 
     files = comparison_files.files_of(report) if report else []
-    comparison = verdict.compare(run_pairs.pair(sides.read(base), sides.read(head)), loss / 100.0)
+    comparison = interface.compare(base, head, loss=loss / 100.0)
     comparison_files.write(files, comparison, str(base), str(head))
     if as_json:
         print(json.dumps(document(comparison, str(base), str(head)), allow_nan=False))

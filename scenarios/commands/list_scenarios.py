@@ -27,35 +27,31 @@ def list_scenarios(
     """List the shipped scenarios with a one-line description each."""
     import json
 
+    from luxloop.scenarios import interface
     from luxloop.scenarios.files import shipped
 
     if folder:
         print(shipped.STUDIES if studies else shipped.CATALOG)
         return
-    entries = shipped.study_entries() if studies else shipped.entries()
-    wanted = {name: value for name, value in (("family", family), ("kind", kind), ("suite", suite)) if value}
-    _check(entries, wanted, studies)
-    found = [entry for entry in entries if entry.contains(words or []) and _matches(entry, wanted)]
+    filters = {"family": family, "kind": kind, "suite": suite}
+    if studies:
+        _refuse(filters)
+        found = shipped.chosen(shipped.study_entries(), words or [])
+    else:
+        found = interface.list_scenarios(*(words or []), **filters)
     if as_json:
         print(json.dumps([_document(entry) for entry in found]))
     else:
         _show(found, ("command", "name", "question") if studies else ("family", "name", "description"))
 
 
-def _check(entries: "list[Entry]", wanted: dict[str, str], studies: bool) -> None:
-    """Raise an error for an unknown family, kind or suite, with the known ones."""
+def _refuse(filters: dict[str, str | None]) -> None:
+    """Raise an error for filters, which studies do not have."""
     from luxloop.scenarios.errors import InputError
 
-    for name, value in wanted.items():
-        if studies:
+    for name, value in filters.items():
+        if value is not None:
             raise InputError(f"--{name} {value}: studies have none; omit --{name} or --studies")
-        known = sorted({getattr(entry, name) for entry in entries})
-        if value not in known:
-            raise InputError(f"--{name} {value}: no such {name}; give one of {', '.join(known)}")
-
-
-def _matches(entry: "Entry", wanted: dict[str, str]) -> bool:
-    return all(getattr(entry, name) == value for name, value in wanted.items())
 
 
 def _document(entry: "Entry") -> dict[str, Any]:

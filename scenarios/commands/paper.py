@@ -24,13 +24,12 @@ def paper(
     from rich.console import Group
     from rich.text import Text
 
+    from luxloop.scenarios import interface
     from luxloop.scenarios.report import latex as latex_tables
     from luxloop.scenarios.report import paper_tables, text
     from luxloop.scenarios.report.html.page_tables import page_table
-    from luxloop.scenarios.report.html.reported_run import with_later
-    from luxloop.scenarios.run import run_folder
 
-    result = with_later(run_folder.read(run)) if run else _own_run()
+    result = interface.load_result(run) if run else _own_run()
     makers = [paper_tables.dataset, paper_tables.heading_error, paper_tables.heading_distribution]
     makers = [*makers, paper_tables.position_error]
     shown = [make(result) for make in (makers if table is None else makers[table - 1 : table])]
@@ -42,14 +41,12 @@ def paper(
 
 def _own_run() -> "Result":
     """Return the run of the paper's scenario in its default folder, and run it first if there is none."""
-    from luxloop.scenarios.execute import default_folder, execute
-    from luxloop.scenarios.files import shipped
-    from luxloop.scenarios.files.scenario import Scenario
-    from luxloop.scenarios.report.html.reported_run import with_later
-    from luxloop.scenarios.run import device, run_folder
+    from luxloop.scenarios import interface
+    from luxloop.scenarios.execute import default_folder
+    from luxloop.scenarios.run import run_folder
 
-    scenario = Scenario.load(shipped.find(SCENARIO))
+    scenario = interface.load_scenario(SCENARIO)
     out = default_folder(scenario)
     if (out / run_folder.RESULT).is_file():
-        return with_later(run_folder.read(out))
-    return execute(scenario, device.load(device.SHIPPED), out, record=False).result
+        return interface.load_result(out)
+    return interface.run(scenario, out=out, ahead=False, progress=True)

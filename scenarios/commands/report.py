@@ -69,13 +69,14 @@ def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None
 
 def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> None:
     """Write the page of a run, and beside it its figures and tables, if asked for: all of them or none."""
+    from luxloop.scenarios import interface
     from luxloop.scenarios.files import atomic_file, atomic_folder
     from luxloop.scenarios.report import figure_files
     from luxloop.scenarios.report import latex as latex_tables
     from luxloop.scenarios.report.html import pages, run_page
     from luxloop.scenarios.report.html.reported_run import ReportedRun
 
-    run = ReportedRun.read(folder)
+    run = ReportedRun.of(interface.load_result(folder), folder)
     shown = run_page.RunFigures.of(run)
     figures, tables = out.with_name(f"{out.stem}-figures"), out.with_name(f"{out.stem}-tables.tex")
     try:

@@ -1,5 +1,7 @@
 """`luxloop run`."""
 
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,10 +17,14 @@ from luxloop.scenarios.commands.arguments import (
     StepTimeout,
     Tracker,
 )
+from luxloop.scenarios.files import seed_range
 from luxloop.scenarios.oracle.stage import Stage
 
 if TYPE_CHECKING:
-    from luxloop.scenarios.commands.run_request import RunRequest
+    from luxloop.scenarios.result import Result
+
+RUNS = "runs"
+"""Folder of the runs without --out."""
 
 
 def run(
@@ -66,62 +72,68 @@ def run(
     ] = None,
 ) -> None:
     """Run a scenario, grade it, and exit with 1 if an expectation fails; with --seeds, with the worst run's code."""
-    from luxloop.scenarios.commands.run_request import RunRequest
-    from luxloop.scenarios.run.progress import hidden
+    from luxloop.scenarios import interface
 
-    request = RunRequest(
-        scenario, duration, settings or [], out, tracker, oracle or [], not no_recording, record_scans, dataset_to,
-        step_timeout, ahead,
+    load = partial(interface.load_scenario, scenario, duration_s=duration, settings=settings or [])
+    run_seed = partial(
+        interface.run, scenario, duration_s=duration, settings=settings or [], tracker=tracker, oracles=oracle or [],
+        record=not no_recording, record_scans=record_scans, dataset_to=dataset_to, step_timeout_s=step_timeout,
+        ahead=ahead, progress=not quiet,
     )  # fmt: skip
-    with hidden(quiet):
-        if seeds is None:
-            code = _run_one(request, seed, as_json, quiet)
-        else:
-            code = _run_each(request, seed, seeds, as_json, quiet)
+    if seeds is None:
+        result = run_seed(seed=seed, out=out, into=None if out else RUNS)
+        code = _show(result, as_json, quiet, recorded=not no_recording, dataset=dataset_to)
+    else:
+        _refuse_with_seeds(seed, dataset_to)
+        every = seed_range.parse(seeds)
+        load(seed=every[-1])  # the largest seed may be too large
+        code = _run_each(every, partial(run_seed, into=out or RUNS), as_json, quiet)
     raise typer.Exit(code)
 
 
-def _run_one(request: "RunRequest", seed: int | None, as_json: bool, quiet: bool) -> int:
-    """Run one seed, print the report or JSON, and return the exit code."""
+def _show(result: "Result", as_json: bool, quiet: bool, *, recorded: bool, dataset: Path | None) -> int:
+    """Print the report or JSON of a run, and return the exit code."""
     import json
 
-    outcome = request.execute(seed)
     from luxloop.scenarios.commands.run_seeds import code_of
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import run_folder
 
     if as_json:
-        document = run_folder.document(outcome.result, outcome.checks)
-        print(json.dumps({**document, "out": str(outcome.out)}, allow_nan=False))
+        print(json.dumps({**run_folder.document(result, result.checks), "out": str(result.out)}, allow_nan=False))
     elif not quiet:
-        text.show(outcome.report, outcome.text)
-        view = f"; to view them: luxloop view {outcome.out}" if request.record else ""
-        print(f"Results are in {outcome.out}{view}")
-        if request.dataset_to:
-            print(f"The data set is in {request.dataset_to}")
-    return code_of(outcome)
+        assert result.out is not None
+        written = (result.out / run_folder.REPORT).read_text(encoding="utf-8")
+        text.show(text.report(result, result.checks), written)
+        print(f"Results are in {result.out}" + (f"; to view them: luxloop view {result.out}" if recorded else ""))
+        if dataset:
+            print(f"The data set is in {dataset}")
+    return code_of(result)
 
 
-def _run_each(request: "RunRequest", seed: int | None, seeds: str, as_json: bool, quiet: bool) -> int:
+def _refuse_with_seeds(seed: int | None, dataset: Path | None) -> None:
+    """Raise an InputError for options of a single run."""
+    from luxloop.scenarios.errors import InputError
+
+    if seed is not None:
+        raise InputError("--seed and --seeds are both given; omit one")
+    if dataset:
+        raise InputError("--seeds and --dataset are both given; omit one, a data set is of one run")
+
+
+def _run_each(seeds: Sequence[int], run_seed: Callable[..., "Result"], as_json: bool, quiet: bool) -> int:
     """Run several seeds, print their tables or JSON, and return the exit code of the worst."""
     import json
 
     from luxloop.scenarios.commands.run_seeds import run_seeds
-    from luxloop.scenarios.errors import InputError
-    from luxloop.scenarios.files import seed_range
     from luxloop.scenarios.report import text
     from luxloop.scenarios.report.seed_table import seed_report
 
-    if seed is not None:
-        raise InputError("--seed and --seeds are both given; omit one")
-    request.require_own_folders()
-    every = seed_range.parse(seeds)
-    request.load(every[-1])  # the largest seed may be too large
-    found = run_seeds(every, request, (lambda _: None) if as_json or quiet else _print_now)
+    found = run_seeds(seeds, run_seed, (lambda _: None) if as_json or quiet else _print_now)
     if as_json:
         print(json.dumps(found.document(), allow_nan=False))
     elif not quiet:
-        text.show(seed_report([run.result for run in found.done.values()], found.verdicts))
+        text.show(seed_report(list(found.done.values()), found.verdicts))
     return found.code
 
 

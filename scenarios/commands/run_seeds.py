@@ -8,8 +8,7 @@ from luxloop.scenarios.commands.error_line import print_early_end, print_error
 from luxloop.scenarios.errors import ContractError, Interrupted
 
 if TYPE_CHECKING:
-    from luxloop.scenarios.commands.run_request import RunRequest
-    from luxloop.scenarios.execute import ExecutedRun
+    from luxloop.scenarios.result import Result
 
 BROKEN_TRACKER = 4
 
@@ -18,7 +17,7 @@ BROKEN_TRACKER = 4
 class SeedRuns:
     """Runs of one scenario with several seeds."""
 
-    done: dict[int, "ExecutedRun"] = field(default_factory=dict)
+    done: dict[int, "Result"] = field(default_factory=dict)
     """Runs with a folder, by seed."""
     errors: dict[int, str] = field(default_factory=dict)
     """Messages of the runs in which the tracker broke its contract, by seed."""
@@ -36,21 +35,21 @@ class SeedRuns:
         from luxloop.scenarios.report.seed_table import summary
         from luxloop.scenarios.run import run_folder
 
-        runs = [{**run_folder.document(run.result, run.checks), "out": str(run.out)} for run in self.done.values()]
+        runs = [{**run_folder.document(run, run.checks), "out": str(run.out)} for run in self.done.values()]
         errors = [{"seed": seed, "error": message} for seed, message in self.errors.items()]
-        found = summary([run.result for run in self.done.values()])
+        found = summary(list(self.done.values()))
         return {"exit_code": self.code, "runs": runs, "errors": errors, "summary": found}
 
 
-def run_seeds(seeds: Sequence[int], request: "RunRequest", say: Callable[[str], None]) -> SeedRuns:
+def run_seeds(seeds: Sequence[int], run: Callable[..., "Result"], say: Callable[[str], None]) -> SeedRuns:
     """Run a scenario with each seed; a broken contract ends the run of one seed only.
 
     Parameters
     ----------
     seeds
         Seeds, in this order.
-    request
-        The scenario and the options of its runs.
+    run
+        Runs the scenario with the argument `seed`.
     say
         Takes a line about each run that has ended.
 
@@ -62,7 +61,7 @@ def run_seeds(seeds: Sequence[int], request: "RunRequest", say: Callable[[str], 
     found = SeedRuns()
     for seed in seeds:
         try:
-            outcome = request.execute(seed, several=True)
+            result = run(seed=seed)
         except ContractError as error:
             found.errors[seed] = str(error)
             found.code = max(found.code, print_error(f"seed {seed}: {error}", BROKEN_TRACKER))
@@ -72,15 +71,14 @@ def run_seeds(seeds: Sequence[int], request: "RunRequest", say: Callable[[str], 
                 raise
             kept = ", ".join(map(str, found.done))
             raise Interrupted(f"interrupted at seed {seed}; the runs of seeds {kept} are kept") from error
-        found.done[seed] = outcome
-        say(f"seed {seed}: {outcome.verdict}; the results are in {outcome.out}")
-        found.code = max(found.code, code_of(outcome))
+        found.done[seed] = result
+        say(f"seed {seed}: {result.verdict}; the results are in {result.out}")
+        found.code = max(found.code, code_of(result))
     return found
 
 
-def code_of(outcome: "ExecutedRun") -> int:
+def code_of(result: "Result") -> int:
     """Return the exit code of a run, and print why it ended early, if it did."""
-    result = outcome.result
     if not result.complete:
-        return print_early_end(result, f"the {result.frames} frames until then are in {outcome.out}, marked incomplete")
-    return 0 if outcome.verdict == "passed" else 1
+        return print_early_end(result, f"the {result.frames} frames until then are in {result.out}, marked incomplete")
+    return 0 if result.verdict == "passed" else 1

@@ -33,7 +33,7 @@ def search(
     if found is None:
         return
     print(f"{found.file} fails: {found.what}")
-    print(f"To run it: luxloop run {found.file}; to view it: luxloop view {found.outcome.out}")
+    print(f"To run it: luxloop run {found.file}; to view it: luxloop view {found.result.out}")
     raise typer.Exit(1)
 
 

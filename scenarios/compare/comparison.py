@@ -99,6 +99,19 @@ class Comparison:
         """Verdict on metrics, expectations and complete runs together; it sets the exit code."""
         return "worse" if self.failed else self.verdict
 
+    def report(self) -> str:
+        """Return the report as text without colours."""
+        from luxloop.scenarios.compare import comparison_table
+        from luxloop.scenarios.report import text
+
+        return text.as_text(comparison_table.report(self))
+
+    def _repr_html_(self) -> str:
+        """Return verdict and metrics as HTML, for notebooks."""
+        from luxloop.scenarios.compare.comparison_table import html
+
+        return html(self)
+
 
 def compare(pairs: Pairs, loss: float = STATED_LOSS) -> Comparison:
     """Compare all metrics and expectations of paired runs; `loss` is the loss to exclude, as a share.

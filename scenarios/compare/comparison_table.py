@@ -1,4 +1,4 @@
-"""Comparison as text: compared runs, metrics, expectations, and the verdict at the end."""
+"""Comparison as text: compared runs, metrics, expectations, and the verdict at the end; short as HTML."""
 
 from rich.console import Group, RenderableType
 from rich.padding import Padding
@@ -10,9 +10,11 @@ from luxloop.scenarios.compare.comparison_summary import compared_runs, expected
 from luxloop.scenarios.compare.run_pairs import listed
 from luxloop.scenarios.compare.single_scenarios import ScenarioLoss
 from luxloop.scenarios.report.cells import table_of
+from luxloop.scenarios.report.notebook import html_table
 
 COLORS = {"worse": "red", "lost": "red", "better": "green", "unclear": "yellow", "cannot tell": "yellow"}
 """Colours of verdicts that need attention, the most important first."""
+METRIC_COLUMNS = ("metric", "BASE", "HEAD", "change", "95 % interval")
 FATES = {"newly failed": "red", "mended": "green"}
 
 
@@ -28,24 +30,36 @@ def report(comparison: Comparison) -> Group:
     return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
 
 
+def html(comparison: Comparison) -> str:
+    """Return verdict and metrics as HTML, for notebooks."""
+    measured = [change for change in comparison.changes if change.verdict != "not measured"]
+    rows = [(*_metric(change), change.verdict) for change in measured]
+    title = "; ".join(compared_runs(comparison))
+    return html_table(title, _conclusion(comparison).plain, (*METRIC_COLUMNS, "verdict"), rows)
+
+
 def _metrics(changes: list[MetricChange]) -> Table:
     """Return a table with a row per metric; changed ones are followed by the runs with the largest contributions."""
-    table = table_of("Metrics", "metric", "BASE", "HEAD", "change", "95 % interval")
+    table = table_of("Metrics", *METRIC_COLUMNS)
     table.add_column("verdict", no_wrap=True)
     for change in changes:
         if change.verdict == "not measured":
             continue
-        numbers = change.numbers
-        table.add_row(
-            change.metric.name,
-            *(number(value) for value in (numbers.base, numbers.head)),
-            number(numbers.difference, sign="+"),
-            ", ".join(number(end, sign="+") for end in numbers.interval),
-            Text(change.verdict, style=COLORS.get(change.verdict, "")),
-        )
+        table.add_row(*_metric(change), Text(change.verdict, style=COLORS.get(change.verdict, "")))
         for key, moved in change.where.items():
             table.add_row(Text(f"  {key}", style="dim"), "", "", Text(number(moved, sign="+"), style="dim"))
     return table
+
+
+def _metric(change: MetricChange) -> tuple[str, ...]:
+    """Return the cells of `METRIC_COLUMNS`."""
+    numbers = change.numbers
+    return (
+        change.metric.name,
+        *(number(value) for value in (numbers.base, numbers.head)),
+        number(numbers.difference, sign="+"),
+        ", ".join(number(end, sign="+") for end in numbers.interval),
+    )
 
 
 def _scenarios(losses: list[ScenarioLoss]) -> Table:

@@ -1,11 +1,13 @@
-"""Side of a comparison, read from a folder of runs, a single run, or a baseline file."""
+"""Side of a comparison: a folder of runs, a single run, a baseline file, or results."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from luxloop.scenarios.compare import baseline_file
-from luxloop.scenarios.compare.digest import Key, RunDigest, read_run
+from luxloop.scenarios.compare.digest import Key, RunDigest, digest, read_run
 from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 
 
@@ -14,9 +16,30 @@ class Side:
     """Runs by scenario and seed."""
 
     path: Path
+    """Folder or file; for results, the name of the side."""
     runs: dict[Key, RunDigest]
     unfinished: list[str]
     """Names of temporary folders of unfinished runs, which are left out."""
+
+
+def of(runs: str | Path | Result | Iterable[str | Path | Result], name: str) -> Side:
+    """Return a side: a folder or file, a result, or several run folders or results, which `name` names in messages.
+
+    Raises
+    ------
+    OutputError
+        As for `read`.
+    """
+    if isinstance(runs, str | Path):
+        return read(Path(runs))
+    every = [runs] if isinstance(runs, Result) else runs
+    return _side(Path(name), [_digest(run) for run in every], [])
+
+
+def _digest(run: str | Path | Result) -> tuple[RunDigest, Path]:
+    if isinstance(run, Result):
+        return digest(run), run.out or Path("in memory")
+    return read_run(Path(run)), Path(run)
 
 
 def read(path: Path) -> Side:

@@ -101,6 +101,7 @@ class Scenario(BaseModel):
     """Limits by metric; a run that violates one fails."""
 
     _path: Path = PrivateAttr()
+    _document: dict[str, Any] = PrivateAttr()
     _settings: tuple[str, ...] = PrivateAttr(default=())
 
     @field_validator("control")
@@ -153,6 +154,14 @@ class Scenario(BaseModel):
         """
         return cls._validated(document, path)._without_figures()
 
+    def with_keys(self, overrides: Mapping[str, Any], settings: Sequence[str] = ()) -> Self:
+        """Return the scenario with other values of some keys; parameters and errors as `load`."""
+        changed, own = set_keys(self._document, settings) | dict(overrides), {"seed": DEFAULT_SEED}
+        same = own | changed == own | self._document
+        scenario = self.model_copy() if same else self.of(changed, self._path)
+        scenario._settings = (*self._settings, *settings)
+        return scenario
+
     @classmethod
     def model_json_schema(cls, *arguments: Any, **named: Any) -> dict[str, Any]:
         """Return the JSON schema, with the docstrings of all keys as descriptions."""
@@ -169,7 +178,7 @@ class Scenario(BaseModel):
             scenario = cls.model_validate_json(json.dumps(document, default=str))
         except ValidationError as error:
             raise ScenarioError(f"{path}: {explain(error, document, _schema(cls))}") from error
-        scenario._path = path
+        scenario._path, scenario._document = path, document
         return scenario
 
     def _without_figures(self) -> Self:

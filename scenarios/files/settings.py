@@ -1,9 +1,12 @@
-"""Keys of a scenario file set on the command line: `--set noise.rain.rate_mm_per_h=3`."""
+"""Keys of a scenario file set on the command line, `--set noise.rain.rate_mm_per_h=3`, or from Python by a mapping."""
 
 import copy
+import json
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from numbers import Integral, Real
+from pathlib import PurePath
 from typing import Any
 
 from luxloop.scenarios.errors import ScenarioError
@@ -36,6 +39,59 @@ def applied(document: dict[str, Any], settings: Iterable[str]) -> dict[str, Any]
         key, value = parse(text)
         _assign(changed, key, value, text)
     return changed
+
+
+def texts(settings: Mapping[str, object] | Iterable[str]) -> list[str]:
+    """Return settings as texts KEY=VALUE; those of a mapping from key to value, or texts as they are.
+
+    Raises
+    ------
+    ScenarioError
+        A value cannot be written in TOML.
+    """
+    if not isinstance(settings, Mapping):
+        return list(settings)
+    return [f"{key}={_text(key, plain(value))}" for key, value in settings.items()]
+
+
+def plain(value: object) -> object:
+    """Return a value in the types of TOML documents: numbers of numpy as those of Python, paths as texts."""
+    match value:
+        case bool() | str():
+            return value
+        case Integral():
+            return int(value)
+        case Real():
+            return float(value)
+        case PurePath():
+            return str(value)
+        case list() | tuple():
+            return [plain(item) for item in value]
+        case Mapping():
+            return {str(key): plain(item) for key, item in value.items()}
+    return value
+
+
+def _text(key: str, value: object) -> str:
+    """Return a value as TOML; a text without quotes if it is still read as that text."""
+    if isinstance(value, str) and _value(value) == value:
+        return value
+    try:
+        text = _toml(value)
+        if _value(text) == value:
+            return text
+    except TypeError:  # of json, for other types
+        pass
+    kinds = "a finite number, a text, true or false, or a list or mapping of these"
+    raise ScenarioError(f"--set {key}: {value!r} cannot be written in a scenario file; give {kinds}")
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{_toml(key)} = {_toml(item)}' for key, item in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
+    return json.dumps(value, ensure_ascii=False)
 
 
 def parse(text: str) -> tuple[Key, Any]:

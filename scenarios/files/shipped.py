@@ -43,6 +43,23 @@ def entries() -> list[Entry]:
     return [_entry(name, path) for name, path in paths().items()]
 
 
+def chosen(entries: list[Entry], words: Iterable[str], **wanted: str | None) -> list[Entry]:
+    """Return the entries that contain all words and have the wanted family, kind or suite; None accepts any.
+
+    Raises
+    ------
+    InputError
+        No entry has that family, kind or suite.
+    """
+    filters = {name: value for name, value in wanted.items() if value is not None}
+    for name, value in filters.items():
+        known = sorted({getattr(entry, name) for entry in entries})
+        if value not in known:
+            raise InputError(f"--{name} {value}: no such {name}; give one of {', '.join(known)}")
+    found = [entry for entry in entries if entry.contains(words)]
+    return [entry for entry in found if all(getattr(entry, name) == value for name, value in filters.items())]
+
+
 def study_entries() -> list[Entry]:
     """Return every shipped study; its family is the command that runs it."""
     documents = {path: _document(path) for path in studies().values()}

@@ -31,8 +31,8 @@ class OracleFactory:
         return f"oracle: {', '.join(stage for stage in Stage if stage in self.stages)}"
 
 
-def choose(tracker: str | None, stages: Sequence[Stage]) -> DeviceFactory:
-    """Return the factory of the device that the command line options select.
+def choose(tracker: str | DeviceFactory | None, stages: Sequence[Stage]) -> DeviceFactory:
+    """Return the factory of the device under test: a tracker, or the shipped one with oracles for some stages.
 
     Raises
     ------
@@ -40,9 +40,9 @@ def choose(tracker: str | None, stages: Sequence[Stage]) -> DeviceFactory:
         Oracles are combined with another tracker than the shipped one, or the tracker cannot be loaded.
     """
     if not stages:
-        return device.load(tracker or device.SHIPPED)
+        return device.factory_of(tracker)
     if tracker not in (None, device.SHIPPED):
-        asked = ", ".join(stages)
+        asked, tracker = ", ".join(stages), tracker if isinstance(tracker, str) else device.name_of(tracker)
         raise DeviceError(
             f"--oracle {asked}: oracles replace stages of the shipped tracker, not of {tracker}; "
             "omit --oracle or --tracker"

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
+from luxloop import former_names
 from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.run.containment import contained
 from luxloop.scenarios.run.process_tracker import PREFIX, ProcessFactory
@@ -22,9 +23,6 @@ from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
 
 SHIPPED = "luxloop.tracker.tracker:Tracker"
-
-OLD_PACKAGES = ("scenarios", "sensor_model", "sim", "tracker")
-"""Top-level packages of version 0.1, which are in `luxloop` now."""
 
 _file_of_module: dict[str, Path] = {}
 """Files that trackers were loaded from, by the name of the module made of each."""
@@ -82,9 +80,32 @@ def load(spec: str) -> DeviceFactory:
     if not callable(factory):
         problem = "is not callable" if hasattr(module, name) else "is not there"
         raise DeviceError(f"--tracker {spec}: {name} {problem} in {place}; name a class with step(scan)")
-    if hasattr(factory, "see_truth"):
-        raise DeviceError(f"--tracker {spec}: see_truth would receive the ground truth; a tracker has no such method")
+    _refuse_oracle(factory, f"--tracker {spec}")
     return factory  # type: ignore[no-any-return]
+
+
+def _refuse_oracle(factory: object, named: str) -> None:
+    if hasattr(factory, "see_truth"):
+        raise DeviceError(f"{named}: see_truth would receive the ground truth; a tracker has no such method")
+
+
+def factory_of(tracker: str | DeviceFactory | None) -> DeviceFactory:
+    """Return the factory of a tracker: a class or function as it is, a text as `load` reads it, else the shipped one.
+
+    Raises
+    ------
+    DeviceError
+        As `load`, or an object that is no class or function.
+    """
+    if tracker is None or isinstance(tracker, str):
+        return load(tracker or SHIPPED)
+    if not callable(tracker):
+        kind = type(tracker).__name__
+        raise DeviceError(
+            f"tracker: a {kind} cannot be called; give a class or a function that makes it, as lambda config: ..."
+        )
+    _refuse_oracle(tracker, f"tracker {name_of(tracker)}")
+    return tracker
 
 
 def absolute(spec: str) -> str:
@@ -124,11 +145,13 @@ def _load_module(module_name: str, spec: str) -> ModuleType:
         with _one_line_errors(spec), contained():
             return importlib.import_module(module_name)
     except DeviceError as error:
-        missing = error.__cause__.name if isinstance(error.__cause__, ModuleNotFoundError) else None
+        cause = error.__cause__
+        missing = cause.name if isinstance(cause, ModuleNotFoundError) else None
         if missing is None or not f"{module_name}.".startswith(f"{missing}."):
             raise  # the module exists, and one of its own imports fails
-        message = f"--tracker {spec}: no module {missing} on the Python path or in {here}{_new_name(missing)}"
-        raise DeviceError(message) from error.__cause__
+        new_name = former_names.remedy(cause, module_name) if cause else ""
+        message = f"--tracker {spec}: no module {missing} on the Python path or in {here}{new_name}"
+        raise DeviceError(message) from cause
 
 
 def _load_file(path: Path, spec: str) -> ModuleType:
@@ -169,14 +192,8 @@ def _one_line_errors(spec: str) -> Iterator[None]:
         yield
     except (Exception, SystemExit, GeneratorExit) as error:
         reason = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
-        if isinstance(error, ModuleNotFoundError):
-            reason += _new_name(error.name or "")
-        raise DeviceError(f"--tracker {spec}: {place_of(error)}{type(error).__name__}: {reason}") from error
-
-
-def _new_name(module: str) -> str:
-    """Return a remedy for the name of a module of version 0.1, else an empty text."""
-    return f"; luxloop's module is luxloop.{module} now" if module.partition(".")[0] in OLD_PACKAGES else ""
+        where = f"--tracker {spec}: {place_of(error)}{type(error).__name__}"
+        raise DeviceError(f"{where}: {reason}{former_names.remedy(error)}") from error
 
 
 def place_of(error: BaseException, apart_from: tuple[str, ...] = ()) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 
 import pandas as pd
 
+from luxloop import former_names
 from luxloop.scenarios.errors import MetricError
 from luxloop.scenarios.grading import grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
@@ -112,7 +113,7 @@ def _load(metric: OwnMetric) -> MetricFunction:
     try:
         function: Any = getattr(importlib.import_module(module), name)
     except (Exception, SystemExit) as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        reason = " ".join(f"{type(error).__name__}: {error}".split()) + former_names.remedy(error, module)
         raise MetricError(
             f"{metric.name}: function = {metric.function}: {reason}; name a module on the Python path or in {here}, "
             "and a function in it"

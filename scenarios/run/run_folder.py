@@ -123,6 +123,7 @@ def read(folder: Path) -> Result:
             config=document["config"],
             versions=document["versions"],
             warnings=tuple(map(str, document.get("warnings", ()))),
+            out=folder,
         )
     except (FileNotFoundError, NotADirectoryError) as error:
         raise _not_a_run(folder) from error
@@ -170,7 +171,7 @@ def _read_metric(document: dict[str, Any]) -> Metric:
 
 
 def _read_table(path: Path) -> pd.DataFrame:
-    table = pd.read_parquet(path)
+    table = pd.read_parquet(path, partitioning=None)  # a folder NAME=VALUE is the run of a set key
     require_table(path.stem, table)
     return table
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from luxloop.scenarios.errors import StudyError
-from luxloop.scenarios.execute import ExecutedRun, execute
+from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device
 from luxloop.scenarios.search import finding_file, reductions
 from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
@@ -25,7 +26,7 @@ class Finding:
 
     file: Path
     """Scenario file."""
-    outcome: ExecutedRun
+    result: Result
     """Run of the scenario file."""
     what: str
     """Value of the metric, its limit and the worst frame."""
@@ -107,13 +108,13 @@ def _reproduce(study: Study, goal: Search, document: Json, evaluator: Evaluator,
         "expect": finding_file.expectation(goal.metric, goal.limit, what, device.name_of(tracker)),
     }
     finding_file.write(scenario, evaluator.path, file)
-    outcome = execute(Scenario.load(file), tracker, out / RUN)
-    if outcome.result.trace_hash != evaluation.trace_hash:
+    result = execute(Scenario.load(file), tracker, out / RUN)
+    if result.trace_hash != evaluation.trace_hash:
         raise StudyError(
             f"{file}: a second run gives another result; check that {evaluator.tracker} is deterministic "
             "with luxloop check-tracker"
         )
-    return Finding(file, outcome, what)
+    return Finding(file, result, what)
 
 
 def _describe_failure(goal: Search, document: Json, evaluator: Evaluator) -> str:

@@ -13,6 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from luxloop import former_names
 from luxloop.scenarios.errors import ScenarioError, StudyError
 from luxloop.scenarios.files import shipped, toml_file
 from luxloop.scenarios.files.scenario import Scenario
@@ -212,9 +213,10 @@ def _scene(study: Study) -> Callable[..., Json]:
         sys.path.insert(0, here)  # modules of the current folder can be imported, as with --tracker
     try:
         scene: Callable[..., Json] = getattr(importlib.import_module(module), name)
-    except (ModuleNotFoundError, AttributeError) as error:
+    except (ImportError, AttributeError) as error:
+        reason = f"{error}{former_names.remedy(error, module)}"
         raise StudyError(
-            f"{study.path}: scenario = {study.scenario}: {error}; name a module and a function in it"
+            f"{study.path}: scenario = {study.scenario}: {reason}; name a module and a function in it"
         ) from error
     return scene
 

@@ -98,21 +98,18 @@ def failed(error: str) -> RunRow:
 
 def _execute(run: StudyRun, keep_at: str | None) -> RunRow:
     from luxloop.scenarios.execute import execute
-    from luxloop.scenarios.files.expect import check, verdict
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.run import device, loop
 
     scenario, make_device = Scenario.of(run.document, CATALOG / run.path), device.load(run.tracker)
     if keep_at is None:
         result = loop.run(scenario, make_device)
-        status = verdict(check(result.metrics, scenario.expect, result.config["device"]), result.complete)
     else:
         with TemporaryDirectory() as folder:
-            outcome = execute(scenario, make_device, Path(folder) / run.key, record=False)
+            result = execute(scenario, make_device, Path(folder) / run.key, record=False)
             _upload(Path(folder) / run.key, f"{keep_at.rstrip('/')}/{run.key}")
-        result, status = outcome.result, outcome.verdict
     return {
-        "status": status,
+        "status": result.verdict,
         "error": result.ended_early,
         "trace_hash": result.trace_hash,
         "frames": result.frames,

@@ -6,13 +6,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+from luxloop.errors import Error
+
 _Record = TypeVar("_Record")
 
 LARGEST = 1e10
 """Absolute value of a number, in any unit."""
 
 
-class RigError(Exception):
+class RigError(Error):
     """Missing or invalid rig or unit file; the message is one line: file, key, value, remedy."""
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from luxloop import former_names
 from luxloop.sim.source import TrafficError, TrafficInputError
 
 SIMULATION_HZ = 25
@@ -33,7 +34,8 @@ def translated_errors(where: str, failure: type[TrafficError]) -> Iterator[None]
     except TrafficError:
         raise
     except Exception as error:
-        raise failure(f"{where}: {type(error).__name__}: {' '.join(str(error).split())}") from error
+        reason = f"{' '.join(str(error).split())}{former_names.remedy(error)}"
+        raise failure(f"{where}: {type(error).__name__}: {reason}") from error
 
 
 def environments() -> dict[str, str]:

@@ -1,6 +1,7 @@
 """The documentation: its commands run, its examples work, and it lists every key, metric, column and command."""
 
 import ast
+import inspect
 import re
 import shlex
 import subprocess
@@ -17,6 +18,7 @@ from support.dask_cluster import worker_thread
 from support.paths import ROOT
 from support.scripts import load_script
 
+import luxloop
 from luxloop.scenarios.cli import app, main
 from luxloop.scenarios.control import safety
 from luxloop.scenarios.files import shipped as listing
@@ -45,7 +47,7 @@ from luxloop.sensor_model.truth import View
 from luxloop.tracker.records import MODEL_NAMES, MODELS, TURNING_MODELS
 
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
-LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))
+PYTHON, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("python", "paper", "how-it-works"))
 EMERGENCE = ROOT / "docs" / "emergence.md"
 INDEX, FIRST_STEPS, TOUR, COMMANDS = (
     ROOT / "docs" / f"{name}.md" for name in ("index", "getting-started", "tour", "command-line")
@@ -57,8 +59,8 @@ VARIANT = ROOT / "docs" / "examples" / "paper-variant.toml"
 SHORT_S = "1"
 """Simulated time of shipped scenarios here [s]."""
 ABSENT = (
-    *("sim", "sensor_model", "scenarios", "libsumo", "highway_env", "gymnasium", "rerun", "pandas", "pyarrow"),
-    *("pydantic", "typer", "rich", "shapely", "matplotlib"),
+    *("luxloop.sim", "luxloop.sensor_model", "luxloop.scenarios", "libsumo", "highway_env", "gymnasium", "rerun"),
+    *("pandas", "pyarrow", "pydantic", "typer", "rich", "shapely", "matplotlib"),
 )
 """Packages that the tracker alone must not need."""
 MADE_LATER = {"benchmarks/latest.json"}
@@ -267,14 +269,29 @@ def test_examples_of_scenario_files_are_valid(block, tmp_path, monkeypatch):
         assert main(["run", str(path), "--duration", "0.4", "--no-recording"]) == 0
 
 
-def test_the_library_page_shows_what_its_example_prints_where_there_is_no_simulator():
+def test_the_python_page_shows_what_its_first_example_prints():
+    """Figures may differ from machine to machine."""
+    command = ["docs/examples/first_run.py"]
+    assert ["python", *command] in commands(PYTHON)
+    printed = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert without_figures(output("first run")) == without_figures(printed.stdout), "run: python docs/refresh.py"
+    assert printed.stderr == ""
+
+
+def output(block: str) -> str:
+    """Return the text of a generated block of the Python page."""
+    pattern = rf"<!-- {block} -->\n```text\n(.*?)```\n<!-- end -->"
+    return re.search(pattern, PYTHON.read_text(encoding="utf-8"), re.DOTALL)[1]
+
+
+def test_the_python_page_shows_what_the_tracker_alone_prints_where_there_is_no_simulator():
     """Figures may differ from machine to machine."""
     command = ["docs/examples/track_csv.py", "docs/examples/points.csv"]
-    assert ["python", *command] in commands(LIBRARY)
+    assert ["python", *command] in commands(PYTHON)
     alone = f"import runpy, sys; sys.modules.update(dict.fromkeys({ABSENT})); sys.argv = {command}"
     run = f"{alone}; runpy.run_path({command[0]!r}, run_name='__main__')"
     printed = subprocess.run([sys.executable, "-c", run], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    (shown,) = blocks(LIBRARY, "text")
+    shown = output("output")
     assert without_figures(shown) == without_figures(printed), "run: python docs/refresh.py"
     assert "confirmed" in shown
 
@@ -283,24 +300,39 @@ def without_figures(text: str) -> list[list[str]]:
     return [re.sub(r"-?\d+\.\d+", "#", line).split() for line in text.splitlines()]
 
 
-def test_the_library_page_s_python_runs():
-    names = {}
-    for code in blocks(LIBRARY, "python"):
-        exec(compile(code, LIBRARY.name, "exec"), names)
+def test_the_python_page_s_examples_run_and_leave_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {"__name__": "page"}
+    for code in blocks(PYTHON, "python"):
+        exec(compile(code, PYTHON.name, "exec"), names)
+    assert list(tmp_path.iterdir()) == []
+    assert names["again"].trace_hash == names["result"].trace_hash
+    assert names["with_arguments"].trace_hash != names["blind"].trace_hash
+    assert names["comparison"].outcome == "worse"
+    assert names["message"].startswith("truck-shadw: no such scenario; did you mean truck-shadow")
     assert names["y"] == pytest.approx(3.0 + 0.5 * names["width"], abs=0.05)
     assert len(names["seen"]) == 1
 
 
-def test_the_library_page_lists_every_package_that_the_tracker_imports():
+def test_the_python_page_lists_the_interface():
+    listed = {name for cell in re.findall(r"^\| (`.*?`) \|", PYTHON.read_text(encoding="utf-8"), re.MULTILINE)
+              for name in re.findall(r"`(\w+)`", cell)}  # fmt: skip
+    assert {*luxloop.__all__} - {"__version__"} <= listed
+    arguments = inspect.signature(luxloop.run).parameters.keys() - {"scenario", "step_timeout_s", "ahead"}
+    assert arguments <= listed
+
+
+def test_the_python_page_lists_every_package_that_the_tracker_imports():
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "tracker").rglob("*.py")]
     nodes = [node for tree in trees for node in ast.walk(tree)]
     imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
-    others = {name.partition(".")[0] for name in imported} - {*sys.stdlib_module_names, "tracker"}
-    assert others == set(
-        re.findall(r"^\| `(\w+)` \|", LIBRARY.read_text(encoding="utf-8").partition("##")[0], re.MULTILINE)
-    )
-    (installed,) = (words[2:] for words in commands(LIBRARY) if words[:2] == ["pip", "install"] and "." not in words)
+    assert {
+        name for name in imported if name.startswith("luxloop") and not name.startswith("luxloop.tracker.")
+    } == set()
+    others = {name.partition(".")[0] for name in imported} - {*sys.stdlib_module_names, "luxloop"}
+    assert others == set(re.findall(r"^\| `(\w+)` \|", section(PYTHON, "The tracker alone"), re.MULTILINE))
+    (installed,) = (words[2:] for words in commands(PYTHON) if words[:2] == ["pip", "install"] and "." not in words)
     assert others == set(installed)
 
 

@@ -115,8 +115,9 @@ def _warm() -> None:
     """Import what commands import, and load the kernels."""
     from support import short_run
 
-    import luxloop.scenarios.commands.run_request
-    import luxloop.scenarios.grading.grader  # noqa: F401
+    import luxloop.scenarios.execute
+    import luxloop.scenarios.interface
+    import luxloop.scenarios.oracle.device_choice  # noqa: F401
 
     short_run.result()
     assert threading.active_count() == 1, "a forked process would miss the other threads"

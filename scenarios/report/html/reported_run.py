@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from luxloop.scenarios.files import shipped
-from luxloop.scenarios.files.expect import Check, ExpectationOutcome, Limit, RunVerdict, check, verdict
+from luxloop.scenarios.files.expect import Check, ExpectationOutcome, RunVerdict, verdict
 from luxloop.scenarios.grading.metric_names import GRADED, METRICS
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
 from luxloop.scenarios.report.cells import unit_of, value_of
@@ -56,16 +56,19 @@ class ReportedRun:
 
     @classmethod
     def read(cls, folder: Path) -> "ReportedRun":
-        """Read a run folder, and check the run's own expectations.
+        """Read a run folder.
 
         Raises
         ------
         OutputError
             The folder has no run.
         """
-        result = with_later(run_folder.read(folder))
-        expect = {name: Limit(**limit) for name, limit in result.config["expect"].items()}
-        checks = check(result.metrics, expect, result.config["device"])
+        return cls.of(with_later(run_folder.read(folder)), folder)
+
+    @classmethod
+    def of(cls, result: Result, folder: Path) -> "ReportedRun":
+        """Take a run that was read from its folder, and check its own expectations."""
+        checks = result.checks
         worst = {
             check.name: []
             if check.holds or check.metric.not_reported

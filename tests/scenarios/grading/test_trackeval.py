@@ -53,7 +53,7 @@ def results(tmp_path_factory):
     shipped = execute.execute(scenario, device.load(device.SHIPPED), out, record=False, record_scans=True)
     run = RecordedRun.open(out)
     poor = Regrader(run, run.scenario).tracker(my_tracker.PatchTracker, "poor")
-    return {"shipped": shipped.result, "poor": poor}
+    return {"shipped": shipped, "poor": poor}
 
 
 def counted(result):

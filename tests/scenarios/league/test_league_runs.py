@@ -58,7 +58,7 @@ def test_all_trackers_had_the_same_scans(rows):
 
 def test_the_shipped_tracker_has_the_tracks_of_a_run_in_the_loop(league, rows, tmp_path):
     scenario = Scenario.load(league_scenes_path(league, "left"), {"seed": SEED})
-    alone = execute(scenario, device.load(device.SHIPPED), tmp_path / "run", record=False).result
+    alone = execute(scenario, device.load(device.SHIPPED), tmp_path / "run", record=False)
     row = rows[(rows["tracker"] == REFERENCE) & (rows["scenario"] == "left")].iloc[0]
     assert row["trace_hash"] == alone.trace_hash
     assert row["hota"] == alone.metrics["track.hota"].value

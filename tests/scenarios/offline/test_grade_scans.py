@@ -37,9 +37,9 @@ def assert_same(one, other, path=""):
 def recorded(tmp_path_factory, scenario):
     """Return a run folder with scans, its result, and the live records of the same run."""
     out, live = tmp_path_factory.mktemp("recorded") / "run", []
-    outcome = execute.execute(scenario, device.load(device.SHIPPED), out, record=False, record_scans=True)
+    result = execute.execute(scenario, device.load(device.SHIPPED), out, record=False, record_scans=True)
     loop.run(scenario, device.load(device.SHIPPED), export=lambda *records: live.append(records[:3]))
-    return out, outcome.result, live
+    return out, result, live
 
 
 @pytest.fixture(scope="module")

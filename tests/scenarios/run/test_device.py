@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 from support import short_run
+from support.paths import without_checkouts
 
+from luxloop import former_names
 from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.run import device
 from luxloop.tracker.tracker import Tracker, TrackerConfig
@@ -24,9 +26,12 @@ class MyTracker(Tracker):
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """A current folder of the test's own, and the Python path and the imported modules as before afterwards."""
+    """A current folder of the test's own, and the Python path and the imported modules as before afterwards.
+
+    No checkout, whose folders have the former names of luxloop's packages, is on the path.
+    """
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(sys, "path", without_checkouts(sys.path))
     yield tmp_path
     for name in ("mine", "my_helper"):
         sys.modules.pop(name, None)
@@ -39,7 +44,7 @@ def folder(tmp_path, monkeypatch):
         (":Tracker", "should be MODULE:NAME or FILE.py:NAME"),
         (".tracker:Tracker", "should be MODULE:NAME or FILE.py:NAME"),
         ("nowhere.tracker:Tracker", "no module nowhere on the Python path or in .*[^E]$"),
-        ("tracker.tracker:Tracker", r"no module tracker .*; luxloop's module is luxloop\.tracker\.tracker now"),
+        ("tracker.tracker:Tracker", r"no module tracker[ .].*; luxloop's module is luxloop\.tracker\.tracker now"),
         ("luxloop.tracker.tracker:Trucker", r"Trucker is not there in luxloop\.tracker\.tracker"),
         ("luxloop.tracker.records:MODELS", "MODELS is not callable"),
         ("nowhere.py:Tracker", r"no file nowhere\.py; give the path of a Python file"),
@@ -75,6 +80,22 @@ def test_an_error_in_the_users_file_is_one_line_with_file_and_line(folder, monke
     assert f"--tracker {spec}: {folder}/{message}" in str(error.value)
     assert "\n" not in str(error.value)
     assert "mine" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    ("missing", "wanted", "named"),
+    [
+        ("sim", "sim.highway.motorist", "luxloop.sim.highway.motorist"),
+        ("sim.world", "", "luxloop.sim.world"),
+        ("tracker", "mine", "luxloop.tracker"),
+        ("simulation", "simulation.world", None),
+        ("numpy", "", None),
+    ],
+)
+def test_a_former_name_of_a_module_has_the_new_one_as_its_remedy(missing, wanted, named):
+    error = ModuleNotFoundError(name=missing)
+    assert former_names.remedy(error, wanted) == (f"; luxloop's module is {named} now" if named else "")
+    assert former_names.remedy(ImportError(name=missing), wanted) == ""
 
 
 def test_a_file_is_loaded_once_and_names_its_device(folder):

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from support import short_run
 from support.frames import Body, Scripted, follow, grade_run
+from support.paths import without_checkouts
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import MetricError, ScenarioError, StudyError
@@ -118,9 +119,14 @@ def test_functions_get_the_tables_and_cannot_change_the_run(functions):
         ("own_functions:nothing", "own.x: function = own_functions:nothing: AttributeError: .*; name a module"),
         ("own_functions:NUMBER", "own.x: function = own_functions:NUMBER: NUMBER cannot be called"),
         ("no_such_module:f", "own.x: function = no_such_module:f: ModuleNotFoundError"),
+        (
+            "scenarios.grading.grader:f",
+            r"function = .*No module named 'scenarios.*; luxloop's module is luxloop\.scenarios\.grading\.grader now",
+        ),
     ],
 )
-def test_errors_of_functions_are_one_line(function, message):
+def test_errors_of_functions_are_one_line(function, message, monkeypatch):
+    monkeypatch.setattr(sys, "path", without_checkouts(sys.path))
     with pytest.raises(MetricError, match=message) as raised:
         own_metrics.grade([OwnMetric(name="own.x", function=function)], short_run.result().tables, GradingConfig(), 10)
     assert "\n" not in str(raised.value)

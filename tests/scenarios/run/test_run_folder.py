@@ -58,7 +58,8 @@ def test_a_run_reads_back_as_written(tmp_path):
     back = run_folder.read(tmp_path / "run")
     pd.testing.assert_frame_equal(back.tables["truth"], RESULT.tables["truth"])
     for field in fields(Result):
-        assert field.name == "tables" or getattr(back, field.name) == getattr(RESULT, field.name)
+        assert field.name in ("tables", "out") or getattr(back, field.name) == getattr(RESULT, field.name)
+    assert back.out == tmp_path / "run"
     assert names(tmp_path / "run") == ["report.txt", "result.json", "tables"]
 
 

@@ -1,10 +1,12 @@
 """Runs of a study: grids, samples, seeds and keys."""
 
 import pickle
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import without_checkouts
 from support.sweeps import small_study
 
 from luxloop.scenarios.errors import StudyError
@@ -151,6 +153,26 @@ def test_a_custom_scene_function_gets_its_parameters(tmp_path: Path, monkeypatch
         runs(Study.load(path), device.SHIPPED)
     path.write_text(text.replace("my_scene:scene", "my_scene:scne"))
     with pytest.raises(StudyError, match="has no attribute 'scne'; name a module and a function in it"):
+        runs(Study.load(path), device.SHIPPED)
+
+
+def test_a_scene_of_a_former_module_names_the_new_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", without_checkouts(sys.path))
+    path = tmp_path / "study.toml"
+    scene = "scenarios.study.staged:hidden_behind_wall"
+    path.write_text(f'description = "."\nscenario = "{scene}"\nvary = [{{ key = "gap_m", values = [8.0] }}]\n')
+    message = r"No module named 'scenarios.*; luxloop's module is luxloop\.scenarios\.study\.staged now; name a module"
+    with pytest.raises(StudyError, match=message):
+        runs(Study.load(path), device.SHIPPED)
+
+
+def test_a_scene_whose_module_fails_to_import_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "renamed_scenes.py").write_text("raise ImportError('renamed_scenes is scenes now')")
+    path = tmp_path / "study.toml"
+    path.write_text('description = "."\nscenario = "renamed_scenes:f"\nvary = [{ key = "gap_m", values = [8.0] }]\n')
+    with pytest.raises(StudyError, match="scenario = renamed_scenes:f: renamed_scenes is scenes now; name a module"):
         runs(Study.load(path), device.SHIPPED)
 
 

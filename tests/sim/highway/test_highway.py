@@ -1,10 +1,12 @@
 """highway-env: coordinate frame, egos, commands and errors."""
 
+import sys
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import without_checkouts
 from support.traffic import frames, play
 
 from luxloop.sim.highway.highway_config import HighwayTraffic
@@ -282,6 +284,13 @@ def test_an_unknown_key_of_the_environment_is_reported(highway):
 @pytest.mark.parametrize("config", [{"vehicles_count": "many"}, {"other_vehicles_type": "no.such.Driver"}])
 def test_an_invalid_value_of_the_environment_is_reported(highway, config):
     assert error_message(highway("highway-v0", config=config))
+
+
+def test_a_driver_of_a_former_module_names_the_new_one(highway, monkeypatch):
+    monkeypatch.setattr(sys, "path", without_checkouts(sys.path))
+    message = error_message(highway("highway-v0", config={"other_vehicles_type": "sim.highway.motorist.Motorist"}))
+    assert message.startswith("config.other_vehicles_type: ModuleNotFoundError: No module named 'sim")
+    assert "; luxloop's module is luxloop.sim" in message
 
 
 def test_a_fixed_action_must_exist(highway):

@@ -1,0 +1,224 @@
+"""The Python interface, which `import luxloop` names and the command line calls.
+
+Slow packages are imported inside the functions, so that `import luxloop` and `luxloop --help` are fast.
+"""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Union
+
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files import shipped, toml_file
+from luxloop.scenarios.files.settings import plain, texts
+from luxloop.scenarios.oracle.stage import Stage
+
+if TYPE_CHECKING:
+    from luxloop.scenarios.compare.comparison import Comparison
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.files.shipped import Entry
+    from luxloop.scenarios.result import Result
+    from luxloop.scenarios.run.device import DeviceFactory
+
+Settings = Mapping[str, object] | Sequence[str]
+"""Values by dotted key, as `{"noise.rain.rate_mm_per_h": 3}`, or texts KEY=VALUE as after `--set`."""
+Runs = Union[str, Path, "Result", Iterable[Union[str, Path, "Result"]]]
+"""A folder of runs, a single run, a baseline file, a result, or several run folders or results."""
+
+STATED_LOSS = 0.02
+"""`luxloop.scenarios.compare.comparison.STATED_LOSS`, whose import is slower than the help."""
+STEP_TIMEOUT_S = 60.0
+"""`luxloop.scenarios.run.time_limit.STEP_TIMEOUT_S`, likewise."""
+
+
+def run(
+    scenario: "str | Path | Scenario",
+    *,
+    tracker: "str | DeviceFactory | None" = None,
+    oracles: Sequence[str] = (),
+    seed: int | None = None,
+    duration_s: float | None = None,
+    settings: Settings = (),
+    out: str | Path | None = None,
+    into: str | Path | None = None,
+    record: bool = False,
+    record_scans: bool = False,
+    dataset_to: str | Path | None = None,
+    step_timeout_s: float = STEP_TIMEOUT_S,
+    ahead: bool | None = None,
+    progress: bool = False,
+) -> "Result":
+    """Run a scenario and grade it. Without `out` and `into`, nothing is written.
+
+    Parameters
+    ----------
+    scenario
+        Name of a shipped scenario, path of a .toml file, or a scenario of `load_scenario`.
+    tracker
+        The device under test: a class or function that takes a `TrackerConfig` and returns an object with
+        `step(scan)`, or a text as after `--tracker`. The shipped tracker if left out.
+    oracles
+        Stages of the shipped tracker to replace by the ground truth, such as "segmentation".
+    seed, duration_s
+        Seed and simulated time [s], instead of the scenario's.
+    settings
+        Other values of any keys of the scenario.
+    out
+        Folder of the run; an earlier run there is replaced.
+    into
+        Folder that receives the run folder under its default name, such as `ring-seed1`.
+    record
+        True to write a recording for `luxloop view` into the folder.
+    record_scans
+        True to keep scans and ground truth in the folder, for `luxloop grade`.
+    dataset_to
+        New folder of a data set.
+    step_timeout_s
+        Limit of one step of the tracker [s]. It holds in the main thread; a tracker in a process of its own is always
+        limited.
+    ahead
+        True to compute traffic and scans in another process; None does so if there is a second core. The result is
+        the same.
+    progress
+        True to show a progress bar in a terminal.
+
+    Raises
+    ------
+    luxloop.Error
+        Bad input, a simulator that failed before the first frame, or a tracker that broke its contract. Nothing is
+        written then.
+    """
+    if out and into:
+        raise InputError("out and into are both given; omit one")
+    if not (out or into) and (record or record_scans or dataset_to):
+        raise InputError("record, record_scans and dataset_to need the folder of a run; give out or into")
+    ahead = cores() > 1 if ahead is None else ahead
+    if ahead:
+        _start_worker(scenario)
+    loaded = _loaded(scenario, seed, duration_s, settings)
+    from luxloop.scenarios.execute import default_folder, execute
+    from luxloop.scenarios.oracle.device_choice import choose
+    from luxloop.scenarios.run import loop
+    from luxloop.scenarios.run.progress import hidden
+
+    make_device = choose(tracker, _stages(oracles))
+    with hidden(not progress):
+        if not (out or into):
+            return loop.run(loaded, make_device, step_timeout_s=step_timeout_s, ahead=ahead)
+        return execute(
+            loaded,
+            make_device,
+            Path(out) if out else default_folder(loaded, oracles, tracker, Path(into or "")),
+            record=record,
+            record_scans=record_scans,
+            dataset_to=Path(dataset_to) if dataset_to else None,
+            step_timeout_s=step_timeout_s,
+            ahead=ahead,
+        )
+
+
+def load_scenario(
+    scenario: str | Path, *, seed: int | None = None, duration_s: float | None = None, settings: Settings = ()
+) -> "Scenario":
+    """Read a shipped scenario by its name, or any scenario file by its path; parameters as `run`.
+
+    Raises
+    ------
+    luxloop.Error
+        There is no such scenario, or a key or value is invalid.
+    """
+    path = shipped.find(str(scenario))
+    toml_file.read(path)  # reports a misspelt name or invalid TOML before the slow imports
+    from luxloop.scenarios.files.scenario import Scenario
+
+    return Scenario.load(path, _overrides(seed, duration_s), texts(settings))
+
+
+def list_scenarios(
+    *words: str, family: str | None = None, kind: str | None = None, suite: str | None = None
+) -> "list[Entry]":
+    """Return the shipped scenarios with name, description, duration and file.
+
+    Parameters
+    ----------
+    words
+        Words that name or description must contain.
+    family, kind, suite
+        Family of scenarios, kind of traffic, and suite.
+
+    Raises
+    ------
+    luxloop.Error
+        There is no such family, kind or suite; the message names the known ones.
+    """
+    return shipped.chosen(shipped.entries(), words, family=family, kind=kind, suite=suite)
+
+
+def load_result(folder: str | Path) -> "Result":
+    """Read a run back from its folder. Metrics that its version did not have are there without a value.
+
+    Raises
+    ------
+    luxloop.Error
+        The folder holds no run, an incomplete one, or a damaged one.
+    """
+    from luxloop.scenarios.report.html.reported_run import with_later
+    from luxloop.scenarios.run import run_folder
+
+    return with_later(run_folder.read(Path(folder)))
+
+
+def compare(base: Runs, head: Runs, *, loss: float = STATED_LOSS) -> "Comparison":
+    """Compare runs of the same scenarios and seeds.
+
+    Parameters
+    ----------
+    base, head
+        The reference, and the runs to judge.
+    loss
+        Loss to exclude for the verdict "same", as a share.
+
+    Raises
+    ------
+    luxloop.Error
+        A side has no run or a damaged one, or no pair of runs can be compared.
+    """
+    from luxloop.scenarios.compare import comparison, run_pairs, sides
+
+    return comparison.compare(run_pairs.pair(sides.of(base, "BASE"), sides.of(head, "HEAD")), loss)
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use; a container may allow fewer than the machine has."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _loaded(
+    scenario: "str | Path | Scenario", seed: int | None, duration_s: float | None, settings: Settings
+) -> "Scenario":
+    if isinstance(scenario, str | Path):
+        return load_scenario(scenario, seed=seed, duration_s=duration_s, settings=settings)
+    return scenario.with_keys(_overrides(seed, duration_s), texts(settings))
+
+
+def _stages(names: Sequence[str]) -> list[Stage]:
+    """Return stages by their names."""
+    known = [stage.value for stage in Stage]
+    for name in names:
+        if name not in known:
+            raise InputError(f"oracles: {name}: no such stage; give some of {', '.join(known)}")
+    return [Stage(name) for name in names]
+
+
+def _overrides(seed: int | None, duration_s: float | None) -> dict[str, object]:
+    """Return the top-level keys of the scenario file that arguments replace."""
+    return {key: plain(value) for key, value in {"seed": seed, "duration_s": duration_s}.items() if value is not None}
+
+
+def _start_worker(scenario: "str | Path | Scenario") -> None:
+    """Let the process of traffic and LIDARs import its modules, which take a second, while this one does."""
+    if isinstance(scenario, str | Path):
+        toml_file.read(shipped.find(str(scenario)))  # a misspelt name needs no process
+    from luxloop.sim.process.process_source import start_early
+
+    start_early("luxloop.scenarios.run.scan_source")
