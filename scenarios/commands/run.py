@@ -1,5 +1,6 @@
 """`luxloop run`."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ from luxloop.scenarios.commands.arguments import (
     DEFAULT_STEP_TIMEOUT_S,
     AsJson,
     Duration,
+    Full,
     Quiet,
     ScenarioName,
     Seed,
@@ -47,6 +49,7 @@ def run(
     ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
+    full: Full = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
     record_scans: Annotated[
         bool,
@@ -75,42 +78,39 @@ def run(
     )  # fmt: skip
     with hidden(quiet):
         if seeds is None:
-            code = _run_one(request, seed, as_json, quiet)
+            code = _run_one(request, seed, as_json, quiet, full)
         else:
-            code = _run_each(request, seed, seeds, as_json, quiet)
+            code = _run_each(request, seed, seeds, as_json, quiet, full)
     raise typer.Exit(code)
 
 
-def _run_one(request: "RunRequest", seed: int | None, as_json: bool, quiet: bool) -> int:
+def _run_one(request: "RunRequest", seed: int | None, as_json: bool, quiet: bool, full: bool) -> int:
     """Run one seed, print the report or JSON, and return the exit code."""
     import json
 
     outcome = request.execute(seed)
     from luxloop.scenarios.commands.run_seeds import code_of
-    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report import first_screen
     from luxloop.scenarios.run import run_folder
 
     if as_json:
         document = run_folder.document(outcome.result, outcome.checks)
         print(json.dumps({**document, "out": str(outcome.out)}, allow_nan=False))
     elif not quiet:
-        text.show(outcome.report, outcome.text)
-        view = f"; to view them: luxloop view {outcome.out}" if request.record else ""
-        print(f"Results are in {outcome.out}{view}")
+        first_screen.show_run(outcome, recorded=request.record, full=full)
         if request.dataset_to:
             print(f"The data set is in {request.dataset_to}")
     return code_of(outcome)
 
 
-def _run_each(request: "RunRequest", seed: int | None, seeds: str, as_json: bool, quiet: bool) -> int:
+def _run_each(request: "RunRequest", seed: int | None, seeds: str, as_json: bool, quiet: bool, full: bool) -> int:
     """Run several seeds, print their tables or JSON, and return the exit code of the worst."""
     import json
 
     from luxloop.scenarios.commands.run_seeds import run_seeds
     from luxloop.scenarios.errors import InputError
     from luxloop.scenarios.files import seed_range
-    from luxloop.scenarios.report import text
-    from luxloop.scenarios.report.seed_table import seed_report
+    from luxloop.scenarios.report import seeds_screen
 
     if seed is not None:
         raise InputError("--seed and --seeds are both given; omit one")
@@ -121,9 +121,9 @@ def _run_each(request: "RunRequest", seed: int | None, seeds: str, as_json: bool
     if as_json:
         print(json.dumps(found.document(), allow_nan=False))
     elif not quiet:
-        text.show(seed_report([run.result for run in found.done.values()], found.verdicts))
+        seeds_screen.show(found.done, found.verdicts, recorded=request.record, full=full)
     return found.code
 
 
 def _print_now(line: str) -> None:
-    print(line, flush=True)
+    print(line, file=sys.stderr, flush=True)

@@ -80,7 +80,9 @@ def run_seeds(seeds: Sequence[int], request: "RunRequest", say: Callable[[str], 
 
 def code_of(outcome: "ExecutedRun") -> int:
     """Return the exit code of a run, and print why it ended early, if it did."""
+    from luxloop.scenarios.files.expect import exit_code
+
     result = outcome.result
     if not result.complete:
         return print_early_end(result, f"the {result.frames} frames until then are in {outcome.out}, marked incomplete")
-    return 0 if outcome.verdict == "passed" else 1
+    return exit_code(outcome.verdict)
