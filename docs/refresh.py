@@ -2,7 +2,7 @@
 
     python docs/refresh.py                             # tables of keys and scenarios, output of Python examples
     luxloop run sumo-crossing
-    python docs/refresh.py runs/sumo-crossing-seed1    # also the reports in README.md and docs/getting-started.md
+    python docs/refresh.py runs/sumo-crossing-seed1    # also the first screen in README.md and docs/getting-started.md
 
 Generated text is between `<!-- keys of NAME -->`, `<!-- scenarios of FAMILY -->`, `<!-- known failures -->`,
 `<!-- output -->`, `<!-- first run -->` or `<!-- report -->` and `<!-- end -->`. `docs/paper_variants.py` writes the
@@ -14,10 +14,12 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.report import first_screen
+from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.study.study_file import Study
 
@@ -33,34 +35,11 @@ EXAMPLES = {
 """Programs with their arguments, by the blocks of `PYTHON` that show their output."""
 
 
-class Quote(NamedTuple):
-    """Part of a report that a page shows."""
-
-    page: Path
-    block: str
-    sections: tuple[str, ...]
-    """Beginnings of the sections that are shown after the first, which names the run."""
-    rows: tuple[str, ...] = ()
-    """Names of the rows that are shown of each table; all if empty."""
-
-
-VERDICT = ("PASSED", "FAILED")
-QUOTES = {
-    "sumo-crossing": (
-        Quote(
-            DOCS.parent / "README.md",
-            "report",
-            ("Fit heading error by method", "Tracking", *VERDICT),
-            ("best", "oracle", "paper: best", "track.hota", "track.idf1", "track.id_switches"),
-        ),
-        Quote(
-            DOCS / "getting-started.md",
-            "report",
-            ("Fit heading error by method", "Tracking", "Time per frame", *VERDICT),
-        ),
-    ),
-}
-"""By the name of the scenario that was run."""
+REPORTED = "sumo-crossing"
+"""Scenario whose first screen the pages show."""
+REPORT_PAGES = (DOCS.parent / "README.md", DOCS / "getting-started.md")
+COLUMNS = 80
+"""Width of the screen on these pages."""
 
 TYPES = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false", "array": "list"}
 """Names of JSON types in TOML."""
@@ -82,15 +61,21 @@ def main() -> None:
         quote(Path(run))
 
 
-def quote(run: Path) -> None:
-    """Write the report of a run into the pages that show its scenario."""
-    scenario = json.loads((run / run_folder.RESULT).read_text(encoding="utf-8"))["scenario"]
-    if scenario not in QUOTES:
-        sys.exit(f"{run}: no page shows a report of {scenario}; give a run of {' or '.join(QUOTES)}")
-    report = (run / run_folder.REPORT).read_text(encoding="utf-8")
-    for page, block, sections, rows in QUOTES[scenario]:
-        text = with_text(page.read_text(encoding="utf-8"), block, excerpt(report, sections, rows))
-        page.write_text(text, encoding="utf-8")
+def quote(folder: Path) -> None:
+    """Write the first screen of a run into the pages that show it."""
+    run = ReportedRun.read(folder)
+    if run.result.scenario != REPORTED:
+        sys.exit(f"{folder}: no page shows a report of {run.result.scenario}; give a run of {REPORTED}")
+    for page in REPORT_PAGES:
+        page.write_text(with_text(page.read_text(encoding="utf-8"), "report", screen(run)), encoding="utf-8")
+
+
+def screen(run: ReportedRun) -> str:
+    """Return what `luxloop run` printed for a run in its default folder."""
+    folder = Path("runs") / f"{run.result.scenario}-seed{run.result.seed}"
+    commands = first_screen.commands_of(folder, recorded=True)
+    lines = first_screen.screen(run.result, run.checks, commands, str(folder / run_folder.REPORT), COLUMNS)
+    return "\n".join(line.plain for line in lines)
 
 
 def with_keys(text: str, schema: Json) -> str:
@@ -144,29 +129,6 @@ def with_text(page: str, name: str, text: str) -> str:
     start, _, rest = page.partition(f"<!-- {name} -->\n")
     _, _, after = rest.partition("<!-- end -->")
     return f"{start}<!-- {name} -->\n```text\n{text}\n```\n<!-- end -->{after}"
-
-
-def excerpt(report: str, beginnings: tuple[str, ...], rows: tuple[str, ...] = ()) -> str:
-    """Return the first section of a report and those with one of the `beginnings`.
-
-    `[...]` marks omitted sections. With `rows`, tables are reduced to the rows of these names, without such marks.
-    """
-    lines = "\n".join(line.rstrip() for line in report.splitlines())
-    header, *sections = re.split(r"\n\n+(?!whole loop)", lines.strip())
-    shown = [header]
-    for section in sections:
-        if section.startswith(beginnings):
-            shown.append(with_rows(section, rows) if rows else section)
-        elif not rows and shown[-1] != "[...]":
-            shown.append("[...]")
-    return "\n\n".join(shown)
-
-
-def with_rows(table: str, names: tuple[str, ...]) -> str:
-    """Return a table of a report with its heading and the rows of these names; text without a table stays."""
-    heading, rule, body = table.partition("\u2500\n")
-    rows = [line for line in body.splitlines() if line.split("  ")[0] in names]
-    return "\n".join([heading + rule.rstrip("\n"), *rows])
 
 
 def key_table(definition: Json, definitions: Json) -> str:

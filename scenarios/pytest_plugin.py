@@ -28,6 +28,8 @@ DEFAULT_SEED = 1
 SHIPPED = "luxloop.tracker.tracker:Tracker"
 """As in `luxloop.scenarios.files.expect`, which is slow to import."""
 
+NOTHING_OBSERVED = "no expectation has an observation"
+
 
 class FailedRunError(Exception):
     """An expectation without `known_failure` failed, or the run ended early."""
@@ -123,6 +125,7 @@ class ScenarioItem(pytest.Item):
 
     def _run(self) -> None:
         from luxloop.scenarios.execute import execute
+        from luxloop.scenarios.files.expect import exit_code
         from luxloop.scenarios.files.scenario import Scenario
         from luxloop.scenarios.run import device
 
@@ -131,7 +134,7 @@ class ScenarioItem(pytest.Item):
         make_device = device.load(option("--luxloop-tracker") or device.SHIPPED)
         result = execute(scenario, make_device, self._out(), record=option("--luxloop-record"))
         self._add_properties(result)
-        if result.verdict != "passed":
+        if exit_code(result.verdict):
             raise FailedRunError(self._explain(result))
         known = [check.name for check in result.checks if check.outcome == "known failure"]
         if known:
@@ -151,19 +154,23 @@ class ScenarioItem(pytest.Item):
         self.user_properties += [(name, "n/a" if value is None else value) for name, value in figures.items()]
 
     def _explain(self, result: "Result") -> str:
-        """List the failed expectations with value, limit and worst frames, and the commands that show them."""
-        from luxloop.scenarios.grading.worst_frames import worst_frames
-        from luxloop.scenarios.report.cells import unit_of, value_of
+        """List the failed expectations with value, limit and worst frames, and the commands that show them.
 
-        lines = [f"{result.scenario}: {result.config['description']}"]
-        if not result.complete:
-            lines.append(f"ended early, after {result.frames} frames: {result.ended_early}")
-        for check in result.checks:
-            if check.outcome == "failed":
-                unit = unit_of(check.metric)
-                lines.append(f"{check.name} = {value_of(check.metric)}{unit}, expected {check.limit}{unit}")
-                lines += [f"    {check.why}"] if check.why else []
-                lines += [f"    worst: {frame}" for frame in worst_frames(result, check.name)]
+        pytest's summary shows the first line.
+        """
+        from luxloop.scenarios.files.expect import unmet
+        from luxloop.scenarios.grading.worst_frames import worst_frames
+        from luxloop.scenarios.report.cells import exceeded, unit_of, value_of
+
+        failed = [check for check in unmet(result.checks) if check.outcome == "failed"]
+        early = [] if result.complete else [f"ended early, after {result.frames} frames: {result.ended_early}"]
+        summary = "; ".join([*early, *(f"{check.name} {exceeded(check)}" for check in failed)])
+        lines = [summary or NOTHING_OBSERVED, f"{result.scenario}: {result.config['description']}"]
+        for check in failed:
+            unit = unit_of(check.metric)
+            lines.append(f"{check.name} = {value_of(check.metric)}{unit}, expected {check.limit}{unit}")
+            lines += [f"    {check.why}"] if check.why else []
+            lines += [f"    worst: {frame}" for frame in worst_frames(result, check.name)]
         lines += ["", "To run it again and view it:", *self._commands(result)]
         return "\n".join(lines)
 

@@ -25,6 +25,8 @@ class Metric:
     reason: str = ""
     interval: tuple[float, float] | None = None
     """95 % confidence interval over vehicles; None for counts, and for too few vehicles."""
+    why_no_interval: str = ""
+    """Why a figure over vehicles has no interval; empty for counts and others that never have one."""
 
     @property
     def not_reported(self) -> bool:

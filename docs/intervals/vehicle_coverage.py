@@ -13,8 +13,9 @@ from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, Compare
 from luxloop.scenarios.compare.resampling import difference_interval
 from luxloop.scenarios.compare.sides import read
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS
+from luxloop.scenarios.grading.metric_range import possible_range
 from luxloop.scenarios.statistics.confidence import Interval
-from luxloop.scenarios.statistics.jackknife import POSITIVE, SHARE, jackknife_interval
+from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
 BASELINE = Path(__file__).parents[2] / "scenarios" / "baseline" / "catalog.jsonl"
 PAIRED = FOLDER / "paired_vehicles.csv"
@@ -38,7 +39,7 @@ def vehicle_coverage(numbers: tuple[int, ...], draws: int) -> Rows:
 
 
 def _coverage(population: Floats, metric: ComparedMetric, vehicles: int, draws: int) -> Coverage:
-    rng, within = np.random.default_rng(vehicles), _range(metric)
+    rng, within = np.random.default_rng(vehicles), possible_range(metric.name, metric.unit)
     found: list[Interval] = []
     for drawn in population[rng.integers(len(population), size=(draws, vehicles))]:
         total = drawn.sum(axis=0)
@@ -58,13 +59,15 @@ def difference_coverage(numbers: tuple[int, ...], draws: int) -> Rows:
 
 
 def _difference(base: Floats, head: Floats, metric: ComparedMetric, vehicles: int, draws: int) -> Coverage:
-    rng, found = np.random.default_rng(vehicles), []
+    rng = np.random.default_rng(vehicles)
+    found: list[Interval] = []
     for drawn in rng.integers(len(base), size=(draws, vehicles)):
         before, after = base[drawn], head[drawn]
         change = metric.value(after.sum(axis=0)[None]) - metric.value(before.sum(axis=0)[None])
         without = metric.value(after.sum(axis=0) - after) - metric.value(before.sum(axis=0) - before)
         weight = metric.observations(before) + metric.observations(after)
-        found.append(difference_interval(float(change[0]), without, weight))
+        interval = difference_interval(float(change[0]), without, weight, metric.largest_difference)
+        found += [interval] if np.isfinite(interval).all() else []
     truth = metric.value(head.sum(axis=0)[None]) - metric.value(base.sum(axis=0)[None])
     return of_intervals(float(truth[0]), found)
 
@@ -80,9 +83,3 @@ def _paired() -> tuple[Floats, Floats]:
                 sums[:, COLUMNS.index(name)] = table[column]
         sides.append(sums)
     return sides[0], sides[1]
-
-
-def _range(metric: ComparedMetric) -> Interval:
-    if metric.name == "track.mota":
-        return -np.inf, 1.0
-    return SHARE if metric.unit == "1" else POSITIVE

@@ -75,6 +75,9 @@ Figures = Annotated[
     str | None, typer.Option(metavar="FORMAT,...", help="Also write the figures as files: svg, pdf, png.")
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+Full = Annotated[
+    bool, typer.Option("--full", help="Print the whole report, as in report.txt, instead of the first screen.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")]
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout, finite
+from luxloop.scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, Full, StepTimeout, finite
 from luxloop.scenarios.commands.grade_files import (
     GOSPA_CUTOFF_M,
     HIT_IOU_MIN,
@@ -66,11 +66,12 @@ def grade(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results; if left out, they are only printed.")] = None,
     as_json: AsJson = False,
+    full: Full = False,
     step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
 ) -> None:
     """Grade a run again without simulation, a recording with true poses, or any tracks against any truth in files."""
     from luxloop.scenarios.errors import InputError
-    from luxloop.scenarios.files.expect import verdict
+    from luxloop.scenarios.files.expect import exit_code, verdict
 
     if tracks and tracker:
         raise InputError("--tracks and --tracker are both given; give one, or none for the run's own tracks")
@@ -89,8 +90,8 @@ def grade(
     }
     _refuse_options({**of_files, "--classes": classes, **other_limits}, "cannot be given with RUN")
     result, checks = _graded_folder(run, tracks, tracker, scenario, out, step_timeout)
-    _deliver(result, checks, out, as_json)
-    raise typer.Exit(0 if verdict(checks, result.complete) == "passed" else 1)
+    _deliver(result, checks, run, out, as_json, full)
+    raise typer.Exit(exit_code(verdict(checks, result.complete)))
 
 
 def _refuse_options(options: dict[str, object], why: str) -> None:
@@ -151,11 +152,11 @@ def _graded(
     return regrader.tables()
 
 
-def _deliver(result: "Result", checks: "list[Check]", out: Path | None, as_json: bool) -> None:
-    """Write the folder if one is given, and print the document or the report."""
+def _deliver(result: "Result", checks: "list[Check]", run: Path, out: Path | None, as_json: bool, full: bool) -> None:
+    """Write the folder if one is given, and print the document, the first screen or the full report."""
     import json
 
-    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report import first_screen, text
     from luxloop.scenarios.run import run_folder
 
     printed = text.report(result, checks)
@@ -164,6 +165,11 @@ def _deliver(result: "Result", checks: "list[Check]", out: Path | None, as_json:
             run_folder.write(folder, result, checks, text.as_text(printed))
     if as_json:
         print(json.dumps({**run_folder.document(result, checks), "out": out and str(out)}, allow_nan=False))
-    else:
+    elif full:
         text.show(printed)
         print(f"Results are in {out}" if out else "Nothing was written; to keep it, give --out")
+    elif out:
+        first_screen.show(result, checks, first_screen.commands_of(out, recorded=False), str(out / run_folder.REPORT))
+    else:
+        keep = {f"luxloop grade {run} --out DIR": "nothing was written; this keeps it"}
+        first_screen.show(result, checks, keep, "--full prints the whole report")

@@ -1,5 +1,6 @@
 """`luxloop run`."""
 
+import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ from luxloop.scenarios.commands.arguments import (
     DEFAULT_STEP_TIMEOUT_S,
     AsJson,
     Duration,
+    Full,
     Quiet,
     ScenarioName,
     Seed,
@@ -53,6 +55,7 @@ def run(
     ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
+    full: Full = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
     record_scans: Annotated[
         bool,
@@ -80,32 +83,30 @@ def run(
         record=not no_recording, record_scans=record_scans, dataset_to=dataset_to, step_timeout_s=step_timeout,
         ahead=ahead, progress=not quiet,
     )  # fmt: skip
+    recorded = not no_recording
     if seeds is None:
         result = run_seed(seed=seed, out=out, into=None if out else RUNS)
-        code = _show(result, as_json, quiet, recorded=not no_recording, dataset=dataset_to)
+        code = _show(result, as_json, quiet, full, recorded=recorded, dataset=dataset_to)
     else:
         _refuse_with_seeds(seed, dataset_to)
         every = seed_range.parse(seeds)
         load(seed=every[-1])  # the largest seed may be too large
-        code = _run_each(every, partial(run_seed, into=out or RUNS), as_json, quiet)
+        code = _run_each(every, partial(run_seed, into=out or RUNS), as_json, quiet, full, recorded=recorded)
     raise typer.Exit(code)
 
 
-def _show(result: "Result", as_json: bool, quiet: bool, *, recorded: bool, dataset: Path | None) -> int:
-    """Print the report or JSON of a run, and return the exit code."""
+def _show(result: "Result", as_json: bool, quiet: bool, full: bool, *, recorded: bool, dataset: Path | None) -> int:
+    """Print the screen or JSON of a run, and return the exit code."""
     import json
 
     from luxloop.scenarios.commands.run_seeds import code_of
-    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report import first_screen
     from luxloop.scenarios.run import run_folder
 
     if as_json:
         print(json.dumps({**run_folder.document(result, result.checks), "out": str(result.out)}, allow_nan=False))
     elif not quiet:
-        assert result.out is not None
-        written = (result.out / run_folder.REPORT).read_text(encoding="utf-8")
-        text.show(text.report(result, result.checks), written)
-        print(f"Results are in {result.out}" + (f"; to view them: luxloop view {result.out}" if recorded else ""))
+        first_screen.show_run(result, recorded=recorded, full=full)
         if dataset:
             print(f"The data set is in {dataset}")
     return code_of(result)
@@ -121,21 +122,22 @@ def _refuse_with_seeds(seed: int | None, dataset: Path | None) -> None:
         raise InputError("--seeds and --dataset are both given; omit one, a data set is of one run")
 
 
-def _run_each(seeds: Sequence[int], run_seed: Callable[..., "Result"], as_json: bool, quiet: bool) -> int:
+def _run_each(
+    seeds: Sequence[int], run_seed: Callable[..., "Result"], as_json: bool, quiet: bool, full: bool, *, recorded: bool
+) -> int:
     """Run several seeds, print their tables or JSON, and return the exit code of the worst."""
     import json
 
     from luxloop.scenarios.commands.run_seeds import run_seeds
-    from luxloop.scenarios.report import text
-    from luxloop.scenarios.report.seed_table import seed_report
+    from luxloop.scenarios.report import seeds_screen
 
     found = run_seeds(seeds, run_seed, (lambda _: None) if as_json or quiet else _print_now)
     if as_json:
         print(json.dumps(found.document(), allow_nan=False))
     elif not quiet:
-        text.show(seed_report(list(found.done.values()), found.verdicts))
+        seeds_screen.show(found.done, found.verdicts, recorded=recorded, full=full)
     return found.code
 
 
 def _print_now(line: str) -> None:
-    print(line, flush=True)
+    print(line, file=sys.stderr, flush=True)

@@ -79,6 +79,8 @@ def run_seeds(seeds: Sequence[int], run: Callable[..., "Result"], say: Callable[
 
 def code_of(result: "Result") -> int:
     """Return the exit code of a run, and print why it ended early, if it did."""
+    from luxloop.scenarios.files.expect import exit_code
+
     if not result.complete:
         return print_early_end(result, f"the {result.frames} frames until then are in {result.out}, marked incomplete")
-    return 0 if result.verdict == "passed" else 1
+    return exit_code(result.verdict)

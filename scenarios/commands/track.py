@@ -24,7 +24,7 @@ def track(
     import json
 
     from luxloop.scenarios.execute import file_name
-    from luxloop.scenarios.files.expect import verdict
+    from luxloop.scenarios.files.expect import exit_code, verdict
     from luxloop.scenarios.recordings.recording import Recording
     from luxloop.scenarios.recordings.recording_rules import rules_of
     from luxloop.scenarios.recordings.track_recording import PAGE, track_recording
@@ -53,4 +53,4 @@ def track(
             f"Results are in {out}; the report is {out / PAGE}"
             + ("" if no_recording else f"; to view: luxloop view {out}")
         )
-    raise typer.Exit(0 if verdict(tracked.checks, complete=True) == "passed" else 1)
+    raise typer.Exit(exit_code(verdict(tracked.checks, complete=True)))

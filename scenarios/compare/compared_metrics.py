@@ -13,6 +13,7 @@ import numpy as np
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS
 from luxloop.scenarios.grading import score_sums
+from luxloop.scenarios.grading.metric_range import possible_range
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
 
 _INDEX = {name: index for index, name in enumerate(COLUMNS)}
@@ -60,6 +61,12 @@ class ComparedMetric:
     """Columns that add up to the denominator; the metric has no value if it is 0."""
     part: tuple[str, ...] = ()
     """Columns that add up to the numerator; a leading minus subtracts. Empty for HOTA, which is not a ratio."""
+
+    @property
+    def largest_difference(self) -> float:
+        """Largest possible difference between two values, in the metric's unit; infinite without a limit."""
+        smallest, largest = possible_range(self.name, self.unit)
+        return largest - smallest
 
     def observations(self, sums: Floats) -> Floats:
         """Return the denominators (R,) for R sets of sums (R, len(COLUMNS))."""

@@ -9,6 +9,7 @@ from luxloop.scenarios.compare.expectation_changes import ExpectationChange
 from luxloop.scenarios.compare.run_pairs import listed
 from luxloop.scenarios.compare.single_scenarios import ScenarioLoss
 from luxloop.scenarios.report.cells import NONE
+from luxloop.scenarios.statistics.confidence import TOO_FEW
 
 INTERVALS = (
     "The 95 % interval of a change follows from its spread as each vehicle is left out in turn: an interval that "
@@ -97,9 +98,10 @@ def number(value: float, sign: str = "") -> str:
     return NONE if math.isnan(value) else f"{value:{sign}.4f}"
 
 
-def interval(change: MetricChange) -> str:
-    """Format the interval of a change."""
-    return " to ".join(number(end, sign="+") for end in change.numbers.interval)
+def interval(change: MetricChange, between: str = " to ") -> str:
+    """Format the interval of a change, or say that it has none."""
+    ends = change.numbers.interval
+    return TOO_FEW if math.isnan(ends[0]) else between.join(number(end, sign="+") for end in ends)
 
 
 def expected_value(expectation: Expectation | None) -> str:

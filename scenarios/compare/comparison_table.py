@@ -6,7 +6,13 @@ from rich.table import Table
 from rich.text import Text
 
 from luxloop.scenarios.compare.comparison import Comparison, MetricChange
-from luxloop.scenarios.compare.comparison_summary import compared_runs, expected_value, false_positives, number
+from luxloop.scenarios.compare.comparison_summary import (
+    compared_runs,
+    expected_value,
+    false_positives,
+    interval,
+    number,
+)
 from luxloop.scenarios.compare.run_pairs import listed
 from luxloop.scenarios.compare.single_scenarios import ScenarioLoss
 from luxloop.scenarios.report.cells import table_of
@@ -58,7 +64,7 @@ def _metric(change: MetricChange) -> tuple[str, ...]:
         change.metric.name,
         *(number(value) for value in (numbers.base, numbers.head)),
         number(numbers.difference, sign="+"),
-        ", ".join(number(end, sign="+") for end in numbers.interval),
+        interval(change, ", "),
     )
 
 

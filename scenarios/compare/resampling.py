@@ -11,6 +11,7 @@ of metrics and any correlation between them (single-step max-T, Westfall and You
 Testing).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +34,7 @@ class Difference:
     base: float
     head: float
     interval: tuple[float, float]
-    """95 % interval of the difference, for this metric alone; NaN if a single vehicle differs and is the only one."""
+    """95 % interval of the difference, for this metric alone; NaN for too few vehicles."""
     p: float
     """P-value adjusted for all metrics: probability of any difference as large as this one without a real change."""
 
@@ -61,15 +62,19 @@ def differences(base: Floats, head: Floats, metrics: tuple[ComparedMetric, ...])
     found = []
     for m, metric in enumerate(metrics):
         weight = metric.observations(base) + metric.observations(head)
-        interval = difference_interval(float(after[m] - before[m]), without[:, m], weight)
+        change = float(after[m] - before[m])
+        interval = difference_interval(change, without[:, m], weight, metric.largest_difference)
         found.append(Difference(float(before[m]), float(after[m]), interval, float(p[m])))
     return found
 
 
-def difference_interval(difference: float, without: Floats, weight: Floats) -> tuple[float, float]:
+def difference_interval(
+    difference: float, without: Floats, weight: Floats, largest: float = math.inf
+) -> tuple[float, float]:
     """Return Student's interval of a difference from those without each unit (U,), of `weight` (U,) observations.
 
-    NaN if a single unit has observations, unless it does not differ.
+    NaN for too few units: a single one has observations, unless it does not differ, or the interval reaches beyond the
+    `largest` possible difference.
     """
     seen = weight > 0.0
     if not np.isfinite(difference):
@@ -79,7 +84,7 @@ def difference_interval(difference: float, without: Floats, weight: Floats) -> t
     if seen.sum() < 2:
         return np.nan, np.nan
     half = student(effective_clusters(weight[seen])) * standard_error(difference, without[seen])
-    return difference - half, difference + half
+    return (difference - half, difference + half) if abs(difference) + half <= largest else (np.nan, np.nan)
 
 
 def _adjusted_p(difference: Floats, null: Floats) -> Floats:

@@ -1,6 +1,7 @@
 """Expectations of a scenario and the verdict on them."""
 
 import math
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -11,7 +12,7 @@ from luxloop.scenarios.grading.metric_names import METRICS
 from luxloop.scenarios.grading.own_metric import PREFIX, OwnMetric, definitions_of
 from luxloop.scenarios.result import Metric
 
-RunVerdict = Literal["passed", "failed", "incomplete"]
+RunVerdict = Literal["passed", "failed", "incomplete", "no limits"]
 
 SHIPPED = "luxloop.tracker.tracker:Tracker"
 """Name of the shipped tracker, as in `luxloop.scenarios.run.device`."""
@@ -94,6 +95,16 @@ class Check:
         return self.metric.value is not None and self.limit.holds(self.metric.value)
 
     @property
+    def excess(self) -> float:
+        """How far the value is beyond the limits, in units of the tolerance of known failures; 0 without a value."""
+        value, limit = self.metric.value, self.limit
+        if value is None or self.holds:
+            return 0.0
+        end = limit.min if limit.min is not None and value < limit.min else limit.max
+        assert end is not None  # the value is above it
+        return abs(value - end) / max(known_failure.tolerance(end, self.metric.unit), sys.float_info.min)
+
+    @property
     def outcome(self) -> ExpectationOutcome:
         """Outcome of the check, considering a known failure.
 
@@ -170,8 +181,28 @@ def check(metrics: Mapping[str, Metric], expect: Mapping[str, Limit], device: st
     return [Check(name, limit, metrics.get(name) or absent(name), device) for name, limit in expect.items()]
 
 
+OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = (
+    "failed",
+    "unexpected pass",
+    "known failure",
+    "passed",
+    "not applicable",
+)
+"""Order of expectations in a list."""
+
+
+def ranked(checks: Iterable[Check]) -> list[Check]:
+    """Return the checks in the order of `OUTCOME_ORDER`, those farthest beyond their limits first."""
+    return sorted(checks, key=lambda check: (OUTCOME_ORDER.index(check.outcome), -check.excess))
+
+
+def unmet(checks: Iterable[Check]) -> list[Check]:
+    """Return the checks that do not hold, failures before known failures, those farthest beyond their limits first."""
+    return [check for check in ranked(checks) if check.outcome in ("failed", "known failure")]
+
+
 def verdict(checks: Iterable[Check], complete: bool) -> RunVerdict:
-    """Return "passed" if no check failed except known failures.
+    """Return "passed" if no check failed except known failures, "no limits" without any check.
 
     An incomplete run neither passes nor fails, since its missing frames could change the outcome. A run with
     expectations of which none applies or has an observation fails: it shows nothing.
@@ -179,5 +210,12 @@ def verdict(checks: Iterable[Check], complete: bool) -> RunVerdict:
     if not complete:
         return "incomplete"
     found = [(check.outcome, check.metric.n) for check in checks]
-    tested = not found or any(outcome != "not applicable" and observations for outcome, observations in found)
+    if not found:
+        return "no limits"
+    tested = any(outcome != "not applicable" and observations for outcome, observations in found)
     return "passed" if tested and all(outcome != "failed" for outcome, _ in found) else "failed"
+
+
+def exit_code(outcome: RunVerdict) -> int:
+    """Return the exit code of a verdict: 1 if an expectation failed or the run is incomplete, else 0."""
+    return int(outcome in ("failed", "incomplete"))

@@ -8,7 +8,7 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.metric_names import METRICS
 from luxloop.scenarios.grading.metric_range import possible_range
 from luxloop.scenarios.result import Metric
-from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW, Interval
 from luxloop.scenarios.statistics.jackknife import ratio_interval, std_interval
 
 Values = Floats | Bools
@@ -20,7 +20,15 @@ class MetricSheet:
     def __init__(self) -> None:
         self.metrics: dict[str, Metric] = {}
 
-    def write(self, name: str, value: float | None, n: int, why_none: str, interval: Interval | None = None) -> None:
+    def write(
+        self,
+        name: str,
+        value: float | None,
+        n: int,
+        why_none: str,
+        interval: Interval | None = None,
+        why_no_interval: str = "",
+    ) -> None:
         """Enter a metric.
 
         Parameters
@@ -35,6 +43,8 @@ class MetricSheet:
             Reason of a missing value.
         interval
             95 % interval.
+        why_no_interval
+            Reason of a missing interval; empty for figures that have none by their kind, such as counts.
 
         Raises
         ------
@@ -50,7 +60,9 @@ class MetricSheet:
             return
         if not math.isfinite(value):
             raise ValueError(f"metric {name} is {value} over {n} observations")
-        self.metrics[name] = Metric(float(value), METRICS[name], n, interval=interval)
+        self.metrics[name] = Metric(
+            float(value), METRICS[name], n, interval=interval, why_no_interval="" if interval else why_no_interval
+        )
 
     def mean(self, name: str, values: Values, why_none: str, vehicle: Ints | None = None) -> None:
         """Enter the mean of `values` (n,), with an interval if their vehicles (n,) are given."""
@@ -58,18 +70,27 @@ class MetricSheet:
 
     def ratio(self, name: str, part: Floats, whole: Floats, why_none: str, vehicle: Ints | None = None) -> None:
         """Enter sum `part` (n,) over sum `whole` (n,), with an interval if their vehicles (n,) are given."""
-        interval = None
-        if vehicle is not None:
-            interval = ratio_interval(vehicle, part, whole, possible_range(name))
-        self.write(name, float(part.sum() / whole.sum()) if len(part) else None, len(part), why_none, interval)
+        value = float(part.sum() / whole.sum()) if len(part) else None
+        if vehicle is None:
+            self.write(name, value, len(part), why_none)
+            return
+        interval = ratio_interval(vehicle, part, whole, possible_range(name, METRICS[name]))
+        self.write(name, value, len(part), why_none, interval, _why_no_interval(value))
 
     def std(self, name: str, values: Floats, why_none: str, vehicle: Ints | None = None) -> None:
         """Enter the standard deviation (divided by n) of `values` (n,), with an interval if vehicles (n,) are given."""
-        interval = None
-        if vehicle is not None:
-            interval = std_interval(vehicle, values)
-        self.write(name, float(np.std(values)) if len(values) else None, len(values), why_none, interval)
+        value = float(np.std(values)) if len(values) else None
+        if vehicle is None:
+            self.write(name, value, len(values), why_none)
+            return
+        interval = std_interval(vehicle, values, possible_range(name, METRICS[name]))
+        self.write(name, value, len(values), why_none, interval, _why_no_interval(value))
 
     def rate(self, name: str, part: int, whole: int, why_none: str) -> None:
         """Enter `part` / `whole`, with `whole` observations."""
         self.write(name, part / whole if whole else None, whole, why_none)
+
+
+def _why_no_interval(value: float | None) -> str:
+    """Return the reason for a figure over vehicles: an error of 0 is that of all of them, and has no scale."""
+    return NO_ERROR if value == 0.0 else TOO_FEW

@@ -11,8 +11,11 @@ from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.grading.metric_range import possible_range
 from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
-from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW, Interval
 from luxloop.scenarios.statistics.jackknife import jackknife_interval
+
+SCORES = ("hota", "mota", "idf1")
+"""Scores with an interval."""
 
 
 def reached(counts: Ints) -> Ints:
@@ -123,9 +126,17 @@ def intervals(sequence: TrackingSequence, scores: VehicleScores, reported: Ints)
     value, without = _scores(total[None]), _scores(total - sums)
     weight = sums[:, 0] + sums[:, 1]
     found = {
-        name: jackknife_interval(float(value[name][0]), without[name], weight, possible_range(name)) for name in value
+        name: jackknife_interval(float(value[name][0]), without[name], weight, possible_range(name, "1"))
+        for name in value
     }
     return {name: interval for name, interval in found.items() if interval is not None}
+
+
+def why_no_interval(name: str, value: float) -> str:
+    """Return the reason if a score of `intervals` is not among them; empty for other scores, which never have one."""
+    if name not in SCORES:
+        return ""
+    return NO_ERROR if name == "mota" and value == 1.0 else TOO_FEW
 
 
 def _cluster_sums(sequence: TrackingSequence, scores: VehicleScores, reported: Ints) -> Floats:

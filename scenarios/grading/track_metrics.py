@@ -59,11 +59,10 @@ def _grade_scores(
     followed = clear.tracks["actor_id"].where(clear.tracks["verdict"] == "graded", NO_ACTOR).to_numpy()
     interval = score_sums.intervals(sequence, of_vehicles, followed)
     vehicles, reported = sequence["num_gt_dets"], sequence["num_tracker_dets"]
-    for name in ("hota", "deta", "assa"):
-        sheet.write(f"track.{name}", getattr(scores, name), vehicles, NO_TRUTH, interval.get(f"track.{name}"))
+    for name in ("hota", "deta", "assa", "mota", "idf1", "id_switches", "fragments", "missed"):
+        value, found = getattr(scores, name), interval.get(f"track.{name}")
+        sheet.write(f"track.{name}", value, vehicles, NO_TRUTH, found, score_sums.why_no_interval(name, value))
     sheet.write("track.loca", scores.loca, scores.most_matches, "no track overlaps a graded vehicle")
-    for name in ("mota", "idf1", "id_switches", "fragments", "missed"):
-        sheet.write(f"track.{name}", getattr(scores, name), vehicles, NO_TRUTH, interval.get(f"track.{name}"))
     sheet.write("track.false", scores.false, reported, "no track was reported in the graded range")
 
 

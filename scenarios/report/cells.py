@@ -6,10 +6,13 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
+from luxloop.scenarios.files.expect import Check
 from luxloop.scenarios.result import Metric
 
 NONE = "n/a"
 """Shown for a metric without a value."""
+MOST_DIGITS = 9
+"""Most decimals that show the difference between a value and its limit."""
 
 
 class ReportTable(Table):
@@ -63,6 +66,19 @@ def value_of(metric: Metric, digits: int = 3) -> str:
     return f"{metric.value:.0f}" if metric.unit == "count" else f"{metric.value:.{digits}f}"
 
 
+def exceeded(check: Check) -> str:
+    """Return the value beside the limit that it is beyond, e.g. `0.610 < 0.7`, with digits that show the difference."""
+    value, limit = check.metric.value, check.limit
+    if value is None:
+        return f"{NONE}, not {limit}"
+    below = limit.min is not None and value < limit.min
+    end = limit.min if below else limit.max
+    digits = 3
+    while digits < MOST_DIGITS and float(value_of(check.metric, digits)) == end:
+        digits += 1
+    return f"{value_of(check.metric, digits)} {'<' if below else '>'} {end:g}"
+
+
 def unit_of(metric: Metric) -> str:
     """Return the unit with a leading space, or nothing for shares and counts."""
     return "" if metric.unit in ("1", "count") else f" {metric.unit}"
@@ -74,9 +90,9 @@ def percent_of(metric: Metric) -> str:
 
 
 def interval_of(metric: Metric, *, percent: bool = False) -> str:
-    """Format the 95 % interval; empty without one."""
+    """Format the 95 % interval; without one the reason, empty for figures that never have any."""
     if metric.interval is None:
-        return ""
+        return metric.why_no_interval
     low, high = metric.interval
     return f"{100 * low:.0f}-{100 * high:.0f}" if percent else f"{low:.3f}{'-' if low >= 0.0 else ' to '}{high:.3f}"
 

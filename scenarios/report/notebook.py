@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from luxloop.scenarios.files.expect import Check
+from luxloop.scenarios.files.expect import Check, ranked
 from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import interval_of
-from luxloop.scenarios.report.html.reported_run import OUTCOME_ORDER, SUITE_METRICS, with_unit
+from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, with_unit
 from luxloop.scenarios.result import Result
 
 HEAD = ("metric", "value", "95 %", "limit", "outcome")
@@ -15,7 +15,7 @@ HEAD = ("metric", "value", "95 %", "limit", "outcome")
 def result_table(result: Result) -> str:
     """Return the verdict, the expectations that do not hold, and the main metrics."""
     checks = result.checks
-    unmet = sorted((check for check in checks if not check.holds), key=lambda check: OUTCOME_ORDER.index(check.outcome))
+    unmet = [check for check in ranked(checks) if not check.holds]
     named = {check.name for check in unmet}
     main = [name for name in SUITE_METRICS if name in result.metrics and name not in named]
     rows = [_unmet(check) for check in unmet]

@@ -93,7 +93,9 @@ def position_error(result: Result) -> Table:
 
 
 def _spread(share: Metric) -> str:
-    """Format the interval of a share in percent; empty if its ends are equal, which leaves room for other columns."""
+    """Format the interval of a share in percent; empty without one or with equal ends: other columns need room."""
+    if share.interval is None:
+        return ""
     shown = interval_of(share, percent=True)
     low, _, high = shown.partition("-")
     return shown if low != high else ""

@@ -30,10 +30,11 @@ def seed_report(results: Sequence[Result], verdicts: Mapping[int, str]) -> Group
 
 def summary(results: Sequence[Result]) -> dict[str, dict[str, Any]]:
     """Return mean, standard deviation and range over the seeds of each metric, for JSON; null without a value."""
-    return {name: _statistics(results, name) for name in (results[0].metrics if results else ())}
+    return {name: statistics_of(results, name) for name in (results[0].metrics if results else ())}
 
 
-def _statistics(results: Sequence[Result], name: str) -> dict[str, Any]:
+def statistics_of(results: Sequence[Result], name: str) -> dict[str, Any]:
+    """Return mean, standard deviation and range of a metric over the seeds, its unit, and the seeds with a value."""
     found = [result.metrics[name].value for result in results]
     values = [value for value in found if value is not None]
     return {
@@ -51,8 +52,9 @@ def _each(results: Sequence[Result], verdicts: Mapping[int, str]) -> Table:
     table.add_column("verdict", no_wrap=True)
     by_seed = {result.seed: result for result in results}
     for seed, verdict in verdicts.items():
+        style = next((color for known, color in COLORS.items() if known == verdict), "red")
         values = [value_of(by_seed[seed].metrics[name]) if seed in by_seed else NONE for name in SUITE_METRICS]
-        table.add_row(str(seed), *values, Text(verdict, style=COLORS.get(verdict, "red")))  # type: ignore[call-overload]
+        table.add_row(str(seed), *values, Text(verdict, style=style))
     return table
 
 
@@ -61,7 +63,7 @@ def _spread(results: Sequence[Result]) -> Table:
     table = table_of("Over the seeds", "metric", "mean", "std", "least", "largest", "seeds")
     names = dict.fromkeys([*SUITE_METRICS, *(name for result in results for name in result.config["expect"])])
     for name in names if results else ():
-        found = _statistics(results, name)
+        found = statistics_of(results, name)
         cells = [_number(found[part]) for part in ("mean", "std", "min", "max")]
         table.add_row(name, *cells, str(found["seeds"]))
     return table

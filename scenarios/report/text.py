@@ -35,7 +35,8 @@ STAGES = (
 )
 """Prefixes of the metrics of the tracker's stages that no other table shows."""
 
-COLORS: dict[RunVerdict, str] = {"passed": "green", "failed": "red", "incomplete": "yellow"}
+COLORS: dict[RunVerdict, str] = {"passed": "green", "failed": "red", "incomplete": "yellow", "no limits": "cyan"}
+NOTHING_EXPECTED = "nothing in [expect] to pass or fail"
 
 
 def report(result: Result, checks: list[Check]) -> Group:
@@ -116,7 +117,8 @@ def conclusion(result: Result, checks: list[Check]) -> Text:
     outcome = verdict(checks, result.complete)
     text = Text(outcome.upper(), style=f"bold {COLORS[outcome]}")
     held = sum(check.holds for check in checks)
-    text.append(f": {held} of {len(checks)} expectations hold", style="not bold default")
+    said = f"{held} of {len(checks)} expectations hold" if checks else NOTHING_EXPECTED
+    text.append(f": {said}", style="not bold default")
     known = sum(check.outcome == "known failure" for check in checks)
     if known:
         text.append(f", {known} are known to fail", style="not bold yellow")

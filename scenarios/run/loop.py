@@ -18,6 +18,7 @@ from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.recording.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device, own_metrics, progress, termination, versions
+from luxloop.scenarios.run.compilation import compilation_reported
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import guarded
 from luxloop.scenarios.run.scan_source import NoiseInputError, Scans, ScanSource, ScanStart
@@ -86,7 +87,11 @@ def run(
             started = _reset(source, scenario)
         if start:
             start(started.obstacles)
-        with guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
+        with (
+            progress.start(scenario.name) as report,
+            compilation_reported(report),
+            guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
+        ):
             warm_up(started.warm_up, unused)
         grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise), rig.range_max_m)
         driver = TrackDriver(scenario.control, traffic) if scenario.control else None

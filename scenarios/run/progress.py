@@ -1,5 +1,6 @@
-"""Progress bars of one run and of many, on standard error and only in a terminal."""
+"""Progress of one run and of many on standard error: bars in a terminal, in logs a line about each long silence."""
 
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -24,6 +25,9 @@ from rich.text import Text
 from luxloop.sim.source import StartReport, StartStatus
 
 _Item = TypeVar("_Item")
+
+SILENCE_S = 5.0
+"""Time after which a log names what a start waits for [s]."""
 
 _hidden: ContextVar[bool] = ContextVar("_hidden", default=False)
 
@@ -72,10 +76,50 @@ def _share_read(status: StartStatus) -> float | None:
     return None
 
 
+class _Lines:
+    """Names what a start waits for on plain lines of standard error, where no terminal shows a bar.
+
+    Parameters
+    ----------
+    name
+        Name of the run.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name, self._activity = name, ""
+        self._timer: threading.Timer | None = None
+
+    def report(self, status: StartStatus) -> None:
+        """Print the activity once if it is still the same after `SILENCE_S`."""
+        if status.activity != self._activity:
+            self.stop()
+            self._activity = status.activity
+            self._timer = threading.Timer(SILENCE_S, _print_line, (f"luxloop: {self._name}: {status.activity}",))
+            self._timer.daemon = True
+            self._timer.start()
+
+    def stop(self) -> None:
+        """End the activity."""
+        if self._timer:
+            self._timer.cancel()
+            self._timer.join()
+
+
+def _print_line(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
 @contextmanager
 def start(name: str) -> Iterator[StartReport]:
-    """Show the progress of a source until frame 0. Yields the function that takes its reports."""
+    """Show the progress of a source until frame 0, in a log what takes long. Yields the function for its reports."""
     console = Console(stderr=True)
+    if not console.is_terminal and _wanted():
+        lines = _Lines(name)
+        try:
+            yield lines.report
+        finally:
+            lines.stop()
+        return
     columns = (TextColumn("{task.description}", markup=False), _StartColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not _shown(console)) as bar:
         task = bar.add_task(name, total=None, status=None)
@@ -83,8 +127,13 @@ def start(name: str) -> Iterator[StartReport]:
 
 
 def _shown(console: Console) -> bool:
+    """Return True if a bar is wanted and can be shown."""
+    return console.is_terminal and _wanted()
+
+
+def _wanted() -> bool:
     """Return False for a run in a thread, as on a worker of a sweep: the sweep shows a bar."""
-    return console.is_terminal and not _hidden.get() and threading.current_thread() is threading.main_thread()
+    return not _hidden.get() and threading.current_thread() is threading.main_thread()
 
 
 def frames(count: int, dt: float, name: str) -> Iterator[int]:

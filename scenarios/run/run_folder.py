@@ -28,6 +28,8 @@ REPORT = "report.txt"
 RECORDING = "recording.rrd"
 TABLES = "tables"
 SCANS = "scans"
+REASONS = ("reason", "why_no_interval")
+"""Keys of a metric that are often empty."""
 
 
 def create(out: Path) -> AbstractContextManager[Path]:
@@ -161,8 +163,8 @@ def _not_a_run(folder: Path) -> OutputError:
 
 
 def metric_document(metric: Metric) -> dict[str, Any]:
-    """Return the JSON of a metric; the reason is left out if it is empty."""
-    return {key: value for key, value in asdict(metric).items() if key != "reason" or value}
+    """Return the JSON of a metric; reasons are left out if they are empty."""
+    return {key: value for key, value in asdict(metric).items() if key not in REASONS or value}
 
 
 def _read_metric(document: dict[str, Any]) -> Metric:

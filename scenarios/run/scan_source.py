@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from luxloop.scenarios.run.car_ahead import FRAMES, car_ahead
+from luxloop.scenarios.run.compilation import compilation_reported
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.noise.noise_config import NoiseConfig
 from luxloop.sensor_model.rig.rig import Rig
@@ -78,6 +79,10 @@ class ScanSource:
             The noise names a unit that the rig does not have.
         """
         watch_start(self._traffic, self.report_start)
+        with compilation_reported(self.report_start):
+            return self._start(seed)
+
+    def _start(self, seed: int) -> ScanStart:
         obstacles = self._traffic.reset(seed)
         self.origin, self.warnings, self.ego_name = self._traffic.origin, self._traffic.warnings, self._traffic.ego_name
         try:

@@ -6,7 +6,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from luxloop.scenarios.run import progress
 from luxloop.scenarios.run.car_ahead import FRAMES
+from luxloop.scenarios.run.compilation import STATUS
 from luxloop.scenarios.run.guard import guarded
 from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
@@ -37,7 +39,9 @@ def tracker_beside(config: TrackerConfig, rig: Rig) -> Iterator[None]:
     beside.start()
     try:
         yield
-        beside.join()
+        with progress.start("tracker") as report:
+            report(STATUS)
+            beside.join()
     finally:
         beside.kill()
 

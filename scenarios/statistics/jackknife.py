@@ -3,8 +3,11 @@
 Observations of one vehicle are correlated from frame to frame, so that vehicles are the clusters. The variance is
 that of the delete-one jackknife (Tukey 1958; Efron and Stein 1981, Annals of Statistics 9, 586), and the quantile
 Student's with the effective number of clusters by their weights (Kish 1965, Survey Sampling, section 8.2). The scale
-keeps the interval within the possible range: logarithms for a range with one end, and for a range with two ends the
-exact interval of a share with the number of independent observations that has the variance.
+is that of the figure: for a share the exact interval with the number of independent observations that has the variance,
+logarithms of the distance from the end of the range for errors and scores with one natural end, else linear.
+
+A figure has no interval for too few effective clusters, and where the approximation behind it fails: the standard error
+exceeds the figure on a logarithmic scale, or a limit is outside the possible range.
 """
 
 import math
@@ -19,8 +22,8 @@ from luxloop.scenarios.statistics.effective_binomial import binomial_interval, e
 MOST_OF_CLUSTER = 4.0
 """Independent observations that a cluster counts as at most. Vehicles that agree say little about those not seen:
 without this limit, intervals of shares of 8 to 30 vehicles contain the true one in 67 to 90 % of the cases."""
-FEWEST_EFFECTIVE = 2.0
-"""Fewest effective clusters with an interval: with fewer, a single one dominates."""
+ROUNDING = 1e-9
+"""Tolerance for rounding in the number of effective clusters."""
 
 ANY, POSITIVE, SHARE = (-math.inf, math.inf), (0.0, math.inf), (0.0, 1.0)
 """Possible ranges of a figure."""
@@ -39,7 +42,7 @@ def ratio_interval(cluster: Ints, part: Floats, whole: Floats, within: Interval)
     Returns
     -------
     Interval or None
-        None for fewer than `FEWEST_CLUSTERS` clusters, or if a single one dominates.
+        None as for `jackknife_interval`.
     """
     sums = sums_by_cluster(cluster, part, whole)
     sums = sums[sums[:, 1] > 0.0]
@@ -50,13 +53,13 @@ def ratio_interval(cluster: Ints, part: Floats, whole: Floats, within: Interval)
     return jackknife_interval(float(total[0] / total[1]), rest[:, 0] / rest[:, 1], sums[:, 1], within)
 
 
-def std_interval(cluster: Ints, values: Floats) -> Interval | None:
+def std_interval(cluster: Ints, values: Floats, within: Interval = POSITIVE) -> Interval | None:
     """Return the interval of the standard deviation of `values` (n,); parameters and None as for `ratio_interval`."""
     sums = sums_by_cluster(cluster, np.ones_like(values), values, values**2)
     if len(sums) < FEWEST_CLUSTERS:
         return None
     total = sums.sum(axis=0)
-    return jackknife_interval(float(_std(total[None])[0]), _std(total - sums), sums[:, 0], POSITIVE)
+    return jackknife_interval(float(_std(total[None])[0]), _std(total - sums), sums[:, 0], within)
 
 
 def sums_by_cluster(cluster: Ints, *columns: Floats) -> Floats:
@@ -77,30 +80,30 @@ def jackknife_interval(value: float, without: Floats, weight: Floats, within: In
     weight
         (V,) observations of each cluster.
     within
-        Possible range of the figure.
+        Possible range of the figure. An error from 0 on, and a score up to a largest value, have a logarithmic scale.
 
     Returns
     -------
     Interval or None
-        None for fewer than `FEWEST_CLUSTERS`, if a single one dominates, or for a figure at the end of a range with
-        one end, which has no scale.
+        None for fewer than `FEWEST_CLUSTERS` effective clusters, a standard error that exceeds the figure on a
+        logarithmic scale, and a limit outside the possible range. A figure of 0 on this scale has none either.
     """
     clusters = effective_clusters(weight)
-    if len(weight) < FEWEST_CLUSTERS or clusters < FEWEST_EFFECTIVE:
+    if clusters < FEWEST_CLUSTERS - ROUNDING:
         return None
-    error, quantile = standard_error(value, without), student(clusters)
+    error = standard_error(value, without)
+    if within == SHARE:
+        return _of_share(value, error, clusters)
+    quantile = student(clusters)
     low, high = within
-    if math.isfinite(low) and math.isfinite(high):
-        return _bounded(value, error, clusters, within)
-    if math.isfinite(low) or math.isfinite(high):
-        end, sign = (low, 1.0) if math.isfinite(low) else (high, -1.0)
-        distance = sign * (value - end)
-        if distance <= 0.0:
-            return None
-        factor = math.exp(min(quantile * error / distance, 50.0))
-        limits = sorted((end + sign * distance / factor, end + sign * distance * factor))
-        return limits[0], limits[1]
-    return value - quantile * error, value + quantile * error
+    if low == 0.0:
+        limits = _logarithmic(value, error, quantile)
+    elif low == -math.inf and high < math.inf:
+        mirrored = _logarithmic(high - value, error, quantile)
+        limits = mirrored and (high - mirrored[1], high - mirrored[0])
+    else:
+        limits = value - quantile * error, value + quantile * error
+    return limits if limits and low <= limits[0] and limits[1] <= high else None
 
 
 def effective_clusters(weight: Floats) -> float:
@@ -120,17 +123,24 @@ def student(clusters: float) -> float:
     return float(scipy.special.stdtrit(max(clusters - 1.0, 1.0), 0.5 + 0.5 * CONFIDENCE))
 
 
-def _bounded(value: float, error: float, clusters: float, within: Interval) -> Interval:
-    """Return the exact interval of a share of the range with an effective number of observations."""
-    low, span = within[0], within[1] - within[0]
-    share = np.array([min(max((value - low) / span, 0.0), 1.0)])
+def _logarithmic(distance: float, error: float, quantile: float) -> Interval | None:
+    """Return the limits of a distance; None if it is 0 or less than its standard error."""
+    if distance <= 0.0 or error > distance:
+        return None
+    factor = math.exp(quantile * error / distance)
+    return distance / factor, distance * factor
+
+
+def _of_share(value: float, error: float, clusters: float) -> Interval:
+    """Return the exact interval of a share with an effective number of observations."""
+    share = np.array([min(max(value, 0.0), 1.0)])
     if share[0] in (0.0, 1.0):
-        unseen = span * (1.0 - (2.0 * TAIL) ** (1.0 / clusters))  # rule of three
-        return (low, low + unseen) if share[0] == 0.0 else (within[1] - unseen, within[1])
+        unseen = 1.0 - (2.0 * TAIL) ** (1.0 / clusters)  # rule of three
+        return (0.0, unseen) if share[0] == 0.0 else (1.0 - unseen, 1.0)
     few = float(scipy.special.ndtri(1.0 - TAIL)) / student(clusters)
-    number = np.clip(effective_number(share, np.array([(error / span) ** 2]), few), 1.0, MOST_OF_CLUSTER * clusters)
+    number = np.clip(effective_number(share, np.array([error**2]), few), 1.0, MOST_OF_CLUSTER * clusters)
     first, last = binomial_interval(share, number)
-    return low + span * float(first[0]), low + span * float(last[0])
+    return float(first[0]), float(last[0])
 
 
 def _std(sums: Floats) -> Floats:

@@ -109,7 +109,7 @@ def _execute(run: StudyRun, keep_at: str | None) -> RunRow:
             result = execute(scenario, make_device, Path(folder) / run.key, record=False)
             _upload(Path(folder) / run.key, f"{keep_at.rstrip('/')}/{run.key}")
     return {
-        "status": result.verdict,
+        "status": "passed" if result.verdict == "no limits" else result.verdict,  # most studies have no limits
         "error": result.ended_early,
         "trace_hash": result.trace_hash,
         "frames": result.frames,

@@ -17,7 +17,7 @@ from support.processes import children_of, is_dead, until
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.files import shipped
-from luxloop.scenarios.report import text
+from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.run import run_folder
 from luxloop.sim.source import SimulatorFailedError, TrafficEndedError
 
@@ -154,17 +154,30 @@ def test_an_output_folder_that_cannot_be_written_is_an_error_before_the_simulati
     assert "file/run: cannot write there" in capfd.readouterr().err
 
 
-def test_a_run_prints_its_report_and_writes_its_folder(capfd):
+def test_a_run_prints_its_first_screen_and_writes_its_folder(capfd):
     short_run.write(Path())
     assert main(["run", "short.toml", "--seed", "9"]) == 0
     out, err = capfd.readouterr()
-    assert "Fit heading error by method" in out
-    assert "PASSED" in out
+    assert out.startswith(
+        "NO LIMITS  short, seed 9: nothing in [expect] to pass or fail\n10 frames, 2 vehicles, tracker "
+    )
+    assert "\nluxloop view runs/short-seed9     the recording, at the worst frame\n" in out
+    assert out.endswith("\nluxloop report runs/short-seed9   a page with pictures and all results\n")
+    assert len(out.splitlines()) <= 20
     assert err == ""
     assert sorted(path.name for path in Path("runs/short-seed9").iterdir()) == [
         "recording.rrd", "report.txt", "result.json", "tables",
     ]  # fmt: skip
-    assert Path("runs/short-seed9/report.txt").read_text() in out + "\n"
+    assert "Fit heading error by method" in Path("runs/short-seed9/report.txt").read_text()
+
+
+def test_full_prints_the_whole_report(capfd):
+    short_run.write(Path(), short_run.TEXT + '[expect]\n"track.mota" = {max = 1}')
+    assert main(["run", "short.toml", "--full", "--no-recording"]) == 0
+    out = capfd.readouterr().out
+    report = Path("runs/short-seed4/report.txt").read_text()
+    assert out == report + "Results are in runs/short-seed4\n"
+    assert report.rstrip().endswith("PASSED: 1 of 1 expectations hold")
 
 
 def test_json_prints_the_result_only(capfd):
@@ -175,7 +188,7 @@ def test_json_prints_the_result_only(capfd):
     assert err == ""
     assert document["scenario"] == "short"
     assert document["seed"] == 4
-    assert document["verdict"] == "passed"
+    assert document["verdict"] == "no limits"
     assert document["failed"] == []
     assert document["complete"] is True
     assert document["out"] == "here"
@@ -198,7 +211,9 @@ def test_a_failed_expectation_exits_with_1_and_keeps_the_run(limit, capfd):
 def test_an_expectation_on_a_metric_without_a_value_fails(capfd):
     short_run.write(Path(), short_run.TEXT + '[expect]\n"mma.switch_latency_frames" = {max = 1000}')
     assert main(["run", "short.toml", "--no-recording"]) == 1
-    assert "FAILED: 0 of 1 expectations hold" in capfd.readouterr().out
+    out = capfd.readouterr().out
+    assert out.startswith("FAILED  short, seed 4: 0 of 1 expectations hold, 1 failed\n")
+    assert "mma.switch_latency_frames  n/a, not <= 1000  no followed vehicle changed its mode\n" in out
 
 
 def break_at(frame, error, monkeypatch):
@@ -257,8 +272,8 @@ def test_an_incomplete_run_prints_its_report_and_an_error_line(monkeypatch, capf
     short_run.write(Path())
     assert main(["run", "short.toml", "--no-recording"]) == 1
     out, err = capfd.readouterr()
-    assert "INCOMPLETE: 0 of 0 expectations hold so far; it ended early: the ego left" in out
-    assert "Results are in runs/short-seed4" in out
+    assert out.startswith("INCOMPLETE  short, seed 4: ended early: the ego left; so far nothing in [expect] to pass or")
+    assert "luxloop report runs/short-seed4" in out
     assert err == (
         "luxloop: error: the ego left; give the ego a longer route, or the run a shorter --duration; "
         "the 4 frames until then are in runs/short-seed4, marked incomplete\n"
@@ -319,7 +334,7 @@ def test_sigterm_within_a_tracker_ends_the_run(capfd):
 
 
 def test_ctrl_c_after_the_folder_is_whole_names_it(monkeypatch, capfd):
-    monkeypatch.setattr(text, "show", lambda *_: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(first_screen, "show", lambda *_: signal.raise_signal(signal.SIGINT))
     short_run.write(Path())
     assert main(["run", "short.toml", "--no-recording", "--out", "whole"]) == 130
     whole = Path("whole").resolve()

@@ -22,7 +22,6 @@ import luxloop
 from luxloop.scenarios.cli import app, main
 from luxloop.scenarios.control import safety
 from luxloop.scenarios.files import shipped as listing
-from luxloop.scenarios.files.expect import check
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import emergence_names, emergence_table, frame_tables, occlusion_table
 from luxloop.scenarios.grading.metric_names import (
@@ -41,7 +40,8 @@ from luxloop.scenarios.grading.metric_names import (
 from luxloop.scenarios.grading.track_metric_names import BANDS, RANGE_BANDS, SIZE, VIEWS
 from luxloop.scenarios.grading.truth_events import truth_event
 from luxloop.scenarios.grading.vulnerable import vulnerable_names
-from luxloop.scenarios.report import text as report
+from luxloop.scenarios.report import first_screen
+from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
 from luxloop.sensor_model.truth import View
 from luxloop.tracker.records import MODEL_NAMES, MODELS, TURNING_MODELS
@@ -189,27 +189,36 @@ def test_pages_quote_their_example_scenario(page):
     assert blocks(page, "toml") == [(ROOT / "docs" / "examples" / EXAMPLES[page]).read_text(encoding="utf-8")]
 
 
-@pytest.mark.parametrize(
-    ("scenario", "quote"),
-    [
-        pytest.param(scenario, quote, id=f"{scenario}-{quote.page.name}")
-        for scenario, quotes in refresh.QUOTES.items()
-        for quote in quotes
-    ],
-)
-def test_pages_show_reports_as_they_are_printed(scenario, quote):
-    """Sections and rows are equal. Figures may differ between runs and machines."""
-    (shown,) = blocks(quote.page, "text")
-    assert f"<!-- {quote.block} -->\n```text\n{scenario}: " in quote.page.read_text(encoding="utf-8")
-    result = short_run.result()
-    printed = report.as_text(report.report(result, check(result.metrics, {})))
-    expected = rows(refresh.excerpt(printed, quote.sections, quote.rows))
-    assert rows(shown) == expected, f"run: luxloop run {scenario}; python docs/refresh.py <its folder>"
+@pytest.mark.parametrize("page", refresh.REPORT_PAGES, ids=lambda page: page.name)
+def test_pages_show_the_first_screen_as_it_is_printed(page):
+    """Verdict, limits, figures and commands are today's. Values may differ between machines."""
+    again = "run: luxloop run sumo-crossing; python docs/refresh.py runs/sumo-crossing-seed1"
+    (shown,) = blocks(page, "text")
+    lines, expect = shown.splitlines(), Scenario.load(listing.find(refresh.REPORTED)).expect
+    assert len(lines) <= 20
+    assert max(map(len, lines)) <= refresh.COLUMNS
+    known = sum(bool(limit.known_failure) for limit in expect.values())
+    held = f"{len(expect) - known} of {len(expect)} expectations hold, {known} known failures"
+    assert lines[0] == f"PASSED  sumo-crossing, seed 1: {held}", again
+    failing = {line.split()[0]: line for line in lines if " < " in line or " > " in line}
+    assert set(failing) == {name for name, limit in expect.items() if limit.known_failure}, again
+    title = next(k for k, line in enumerate(lines) if line.startswith("Main figures"))
+    labels = list(first_screen.FIGURES.values())[: first_screen.MOST_FIGURES]
+    assert [re.split(r"  +", line.strip())[0] for line in lines[title + 1 : title + 1 + len(labels)]] == labels, again
+    commands = first_screen.commands_of(Path("runs/sumo-crossing-seed1"), recorded=True)
+    assert lines[-2:] == [line.plain for line in first_screen.next_commands(commands, refresh.COLUMNS)], again
+
+
+def test_the_quoted_screen_is_that_of_the_run(tmp_path):
+    run_folder.write(tmp_path, short_run.result(), [], "")
+    lines = refresh.screen(ReportedRun.read(tmp_path)).splitlines()
+    assert lines[0].startswith("NO LIMITS  short, seed 4")
+    assert lines[-2].startswith("luxloop view runs/short-seed4  ")
 
 
 def test_reports_of_other_scenarios_are_in_no_page(tmp_path):
-    (tmp_path / run_folder.RESULT).write_text('{"scenario": "ring"}')
-    with pytest.raises(SystemExit, match="no page shows a report of ring; give a run of sumo-crossing"):
+    run_folder.write(tmp_path, short_run.result(), [], "")
+    with pytest.raises(SystemExit, match="no page shows a report of short; give a run of sumo-crossing"):
         refresh.quote(tmp_path)
 
 
@@ -241,11 +250,6 @@ def test_the_paper_s_own_tracker_is_quoted_and_drives_through_paper_campus():
             document.pop(key, None)
     assert own == moved
     assert Scenario.load(VARIANT).tracker.mma.method == "paper"
-
-
-def rows(text: str) -> list[str]:
-    lines = text.partition("\n\n")[2].splitlines()  # the first paragraph names the run
-    return [re.split(r"  |: \d", line)[0] for line in lines if line[:1].strip(" ─")]
 
 
 def test_the_tables_of_keys_are_those_of_the_schema():

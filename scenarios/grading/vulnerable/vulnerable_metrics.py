@@ -102,7 +102,8 @@ def _grade_scores(
     users = sequence["num_gt_dets"]
     for name in (*SCORES, *COUNTS):
         if name != "false":
-            sheet.write(f"{group}.{name}", getattr(scores, name), users, why, interval.get(f"track.{name}"))
+            value, found = getattr(scores, name), interval.get(f"track.{name}")
+            sheet.write(f"{group}.{name}", value, users, why, found, score_sums.why_no_interval(name, value))
     sheet.write(
         f"{group}.false", scores.false if labelled else None, max(users, scores.false), why if labelled else NO_CLASSES
     )

@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.grading.metric_range import Range, possible_range
 from luxloop.scenarios.grading.plane_geometry import wrap
 from luxloop.scenarios.report.html.palette import BLUE, GREEN
 from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
-from luxloop.scenarios.statistics.jackknife import POSITIVE, ratio_interval
+from luxloop.scenarios.statistics.jackknife import ratio_interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 WHISKER = 4.0
 """End of an axis, in multiples of the largest mean: the interval of few vehicles may be much longer."""
+HEADING_DEG = possible_range("fit.best.heading_abs_mean_deg", "deg")
+POSITION_M = possible_range("fit.best.position_abs_mean_m", "m")
 
 
 class Covariate(NamedTuple):
@@ -75,8 +78,8 @@ def _errors(observed: pd.DataFrame, name: str, label: str, bins: list[str], plac
     def on(canvas: "Canvas") -> None:
         heading, position = canvas.subplots(2, 1, sharex=True)
         counts = np.bincount(place, minlength=len(bins))
-        _means(heading, observed, place, observed["heading_error_deg"].abs(), BLUE)
-        _means(position, observed, place, observed["position_error_m"], GREEN)
+        _means(heading, observed, place, observed["heading_error_deg"].abs(), HEADING_DEG, BLUE)
+        _means(position, observed, place, observed["position_error_m"], POSITION_M, GREEN)
         heading.set_ylabel("fit heading [deg]")
         position.set_ylabel("nearest corner [m]")
         labels = [f"{one}\nn={count}" for one, count in zip(bins, counts, strict=True)]
@@ -87,13 +90,13 @@ def _errors(observed: pd.DataFrame, name: str, label: str, bins: list[str], plac
     return draw(f"error-{name.split()[0]}", f"Error of fits against {name}", caption, (5.2, 3.9), on)
 
 
-def _means(axes: "Axes", observed: pd.DataFrame, place: Ints, error: pd.Series, color: str) -> None:
+def _means(axes: "Axes", observed: pd.DataFrame, place: Ints, error: pd.Series, within: Range, color: str) -> None:
     """Draw the mean of each bin with its interval."""
     top = 0.0
     for k in np.unique(place).tolist():
         inside = place == k
         value, vehicle = error.to_numpy()[inside], observed["actor_id"].to_numpy()[inside]
-        interval = ratio_interval(vehicle, value, np.ones_like(value), POSITIVE)
+        interval = ratio_interval(vehicle, value, np.ones_like(value), within)
         axes.plot(k, value.mean(), "o", color=color, ms=5)
         top = max(top, value.mean())
         if interval:

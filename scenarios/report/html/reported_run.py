@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from luxloop.scenarios.files import shipped
-from luxloop.scenarios.files.expect import Check, ExpectationOutcome, RunVerdict, verdict
+from luxloop.scenarios.files.expect import Check, RunVerdict, ranked, unmet, verdict
 from luxloop.scenarios.grading.metric_names import GRADED, METRICS
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
 from luxloop.scenarios.report.cells import unit_of, value_of
+from luxloop.scenarios.report.text import NOTHING_EXPECTED
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.device import SHIPPED
@@ -24,15 +25,6 @@ SUITE_METRICS = {
     "perf.realtime_factor": "x real time",
 }
 """Main metrics of a run, with short names."""
-
-OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = (
-    "failed",
-    "unexpected pass",
-    "known failure",
-    "passed",
-    "not applicable",
-)
-"""Order of expectations in a list."""
 
 IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
@@ -97,7 +89,7 @@ class ReportedRun:
     def conclusion(self) -> str:
         """The verdict in a sentence."""
         held = sum(check.holds for check in self.checks)
-        text = f"{held} of {len(self.checks)} expectations hold" if self.checks else "it has no expectations"
+        text = f"{held} of {len(self.checks)} expectations hold" if self.checks else NOTHING_EXPECTED
         text += f", {self.known_failures} known to fail" if self.known_failures else ""
         unreported = sum(check.outcome == "not applicable" for check in self.checks)
         text += f", {unreported} not applicable" if unreported else ""
@@ -111,7 +103,7 @@ class ReportedRun:
     @property
     def unmet(self) -> list[str]:
         """Metrics of the expectations that do not hold, failures before known failures."""
-        return [check.name for check in self.ranked if not check.holds and check.outcome != "not applicable"]
+        return [check.name for check in unmet(self.checks)]
 
     @property
     def commands(self) -> list[str]:
@@ -128,8 +120,8 @@ class ReportedRun:
 
     @property
     def ranked(self) -> list[Check]:
-        """Expectations in the order of `OUTCOME_ORDER`."""
-        return sorted(self.checks, key=lambda check: OUTCOME_ORDER.index(check.outcome))
+        """Expectations by outcome, those farthest beyond their limits first."""
+        return ranked(self.checks)
 
 
 def apart(frames: list[WorstFrame]) -> list[WorstFrame]:
@@ -162,5 +154,5 @@ def with_unit(metric: Metric) -> str:
 
 
 def interval(metric: Metric) -> str:
-    """Format the 95 % interval; empty without one."""
-    return "" if metric.interval is None else "{:.3f} to {:.3f}".format(*metric.interval)
+    """Format the 95 % interval; without one the reason, empty for figures that never have any."""
+    return metric.why_no_interval if metric.interval is None else "{:.3f} to {:.3f}".format(*metric.interval)

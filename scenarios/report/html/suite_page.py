@@ -16,9 +16,9 @@ from luxloop.scenarios.report.html.shown_frames import shown_frames
 from luxloop.scenarios.report.html.svg_figure import Figure
 from luxloop.scenarios.run import run_folder
 
-PICTURES: dict[RunVerdict, int] = {"failed": 2, "incomplete": 2, "passed": 1}
+PICTURES: dict[RunVerdict, int] = {"failed": 2, "incomplete": 2, "passed": 1, "no limits": 1}
 """Number of pictures of a run by its verdict."""
-ORDER: tuple[RunVerdict, ...] = ("failed", "incomplete", "passed")
+ORDER: tuple[RunVerdict, ...] = ("failed", "incomplete", "no limits", "passed")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """`luxloop run`: set keys, several seeds, quiet, and names of default folders."""
 
 import json
+import re
 import statistics
 from pathlib import Path
 
@@ -72,9 +73,9 @@ def test_quiet_run_prints_nothing_and_keeps_its_exit_code(capfd):
 
 
 def test_seeds_have_a_folder_each_and_a_table_of_means_and_spreads(capfd):
-    assert run("--seeds", "3-5", "--out", "all") == 0
+    assert run("--seeds", "3-5", "--out", "all", "--full") == 0
     out, err = capfd.readouterr()
-    assert err == ""
+    assert err.splitlines() == [f"seed {n}: no limits; the results are in all/short-seed{n}" for n in (3, 4, 5)]
     assert sorted(path.name for path in Path("all").iterdir()) == [f"short-seed{seed}" for seed in (3, 4, 5)]
     results = [run_folder.read(Path("all") / f"short-seed{seed}") for seed in (3, 4, 5)]
     assert [result.seed for result in results] == [3, 4, 5]
@@ -82,7 +83,28 @@ def test_seeds_have_a_folder_each_and_a_table_of_means_and_spreads(capfd):
     line = next(line for line in out.splitlines() if line.startswith("fit.best.heading_abs_mean_deg"))
     expected = (statistics.fmean(values), statistics.stdev(values), min(values), max(values))
     assert line.split()[1:] == [*(f"{value:.3f}" for value in expected), "3"]
-    assert "seed 4: passed; the results are in all/short-seed4" in out
+
+
+def test_seeds_are_one_screen(capfd):
+    """Seeds with the worst verdict come first; the limits name the worst seed and value."""
+    limits = ('expect."track.hota".min=2', 'expect."track.mota".max=1', 'expect."track.idf1".min=1.5')
+    settings = [word for limit in limits for word in ("--set", limit)]
+    assert run("--seeds", "3-5", "--out", "all", *settings) == 1
+    out = capfd.readouterr().out
+    results = [run_folder.read(path) for path in sorted(Path("all").iterdir())]
+    hota = [result.metrics["track.hota"].value for result in results]
+    assert out.startswith("FAILED  short, seeds 3-5: 3 failed\n")
+    assert len(out.splitlines()) <= 20
+    lines = [line.split() for line in out.splitlines()]
+    shown = next(line for line in lines if line[:1] == ["HOTA,"])
+    assert shown[-4:] == [
+        f"{one:#.3g}" for one in (statistics.fmean(hota), statistics.stdev(hota), min(hota), max(hota))
+    ]
+    row = next(line for line in lines if line[:1] == ["track.hota"])
+    worst = 3 + hota.index(min(hota))
+    assert row == ["track.hota", f"{min(hota):.3f}", "<", "2", "3", "of", "3", "seeds,", "worst:", str(worst)]
+    assert not any(line[:1] == ["track.mota"] for line in lines)
+    assert re.search(r"^luxloop view \S+   the recording of seed 3$", out, re.MULTILINE)
 
 
 BROKEN_AT_SEED_2 = """\
@@ -124,7 +146,8 @@ def test_ctrl_c_names_the_seeds_that_are_kept(capfd):
     interrupted = BROKEN_AT_SEED_2.replace(broken, "signal.raise_signal(signal.SIGINT)")
     Path("stopped.py").write_text("import signal\n" + interrupted)
     assert run("--seeds", "1-3", "--tracker", "stopped.py:Tracker") == 130
-    assert capfd.readouterr().err == "luxloop: error: interrupted at seed 2; the runs of seeds 1 are kept\n"
+    error = capfd.readouterr().err.splitlines()[-1]
+    assert error == "luxloop: error: interrupted at seed 2; the runs of seeds 1 are kept"
     assert [path.name for path in Path("runs").iterdir()] == ["short-seed1-Tracker"]
 
 

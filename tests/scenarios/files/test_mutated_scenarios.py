@@ -58,7 +58,8 @@ def assert_complete(code: int, out: str, err: str):
     document = json.loads(out)
     verdict: RunVerdict = document["verdict"]
     assert run_folder.read(OUT).trace_hash == document["trace_hash"]
-    assert code == {"passed": 0, "failed": 1, "incomplete": 3 if document["simulator_failed"] else 1}[verdict]
+    incomplete = 3 if document["simulator_failed"] else 1
+    assert code == {"passed": 0, "no limits": 0, "failed": 1, "incomplete": incomplete}[verdict]
     assert err.count("\n") == (verdict == "incomplete")
 
 

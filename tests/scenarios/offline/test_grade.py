@@ -19,6 +19,7 @@ from luxloop.scenarios.grading.metric_names import GRADED
 from luxloop.scenarios.offline import track_columns
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
+from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
 from luxloop.tracker.records import Status
@@ -153,10 +154,19 @@ def test_limits_per_frame_need_recorded_scans(capfd):
 
 
 def test_the_report_equals_that_of_the_run(run, capfd):
-    assert main(["grade", "run"]) == 0
+    assert main(["grade", "run", "--full"]) == 0
     out, err = capfd.readouterr()
     assert out == (run / "report.txt").read_text() + "Nothing was written; to keep it, give --out\n"
     assert err == ""
+
+
+def test_the_first_screen_equals_that_of_the_run(run, capfd):
+    assert main(["grade", "run"]) == 0
+    screen = capfd.readouterr().out.splitlines()
+    found = ReportedRun.read(run)
+    of_run = first_screen.screen(found.result, found.checks, {"": ""}, "", 80)
+    assert screen[:-1] == [line.plain for line in of_run[:-1]]
+    assert screen[-1] == "luxloop grade run --out DIR   nothing was written; this keeps it"
 
 
 def test_results_are_written_to_out_and_the_run_is_unchanged(run, capfd):

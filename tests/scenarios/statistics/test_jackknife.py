@@ -7,8 +7,12 @@ import pytest
 import scipy
 from support.frames import Body, Scripted, follow, grade_run
 
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.grading.metric_range import possible_range
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.report.cells import interval_of
 from luxloop.scenarios.statistics.cluster_median import cluster_median_interval
+from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW
 from luxloop.scenarios.statistics.jackknife import (
     ANY,
     POSITIVE,
@@ -58,13 +62,62 @@ def test_interval_equals_a_loop_that_leaves_out_vehicles():
     assert std_interval(vehicle, values) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("within", [SHARE, POSITIVE, (-math.inf, 1.0)])
+@pytest.mark.parametrize("within", [SHARE, POSITIVE, (0.0, 1.2), (-0.9, 0.9), (-math.inf, 1.0)])
 def test_interval_stays_within_the_possible_range(within):
-    rng = np.random.default_rng(5)
+    rng, shown = np.random.default_rng(5), 0
     for _ in range(50):
         vehicle, values = np.repeat(np.arange(4), 3), np.repeat(rng.beta(0.3, 0.3, 4), 3)
-        low, high = ratio_interval(vehicle, values, np.ones(12), within)
-        assert within[0] <= low <= values.mean() <= high <= within[1]
+        found = ratio_interval(vehicle, values, np.ones(12), within)
+        if found:
+            shown += 1
+            assert within[0] <= found[0] <= values.mean() <= found[1] <= within[1]
+    two_ends = within in ((0.0, 1.2), (-0.9, 0.9))  # the scale keeps the others within their range
+    assert 0 < shown < 50 if two_ends else shown == 50
+
+
+def test_limits_that_say_nothing_are_no_interval():
+    """Three equal vehicles: t(0.975, 2) = 4.3027. The error of 0, 0, 3 is 1, of 1, 1, 4 it is 1 on a mean of 2."""
+    vehicle, ones = np.repeat([4, 7, 9], 10), np.ones(30)
+    lone, shared = np.repeat([0.0, 0.0, 3.0], 10), np.repeat([1.0, 1.0, 4.0], 10)
+    factor = math.exp(4.3027 * 1.0 / 2.0)
+    assert ratio_interval(vehicle, shared, ones, POSITIVE) == pytest.approx((2.0 / factor, 2.0 * factor), rel=1e-4)
+    assert ratio_interval(vehicle, shared, ones, (0.0, 2.0 * factor + 0.01)) is not None
+    assert ratio_interval(vehicle, shared, ones, (0.0, 2.0 * factor - 0.01)) is None
+    assert ratio_interval(vehicle, shared, ones, (-6.31, 6.31)) == pytest.approx((-2.3027, 6.3027), abs=1e-4)
+    assert ratio_interval(vehicle, shared, ones, (-6.3, 6.3)) is None
+    assert ratio_interval(vehicle, lone, ones, POSITIVE) == pytest.approx((1 / factor**2, factor**2), rel=1e-4)
+    assert jackknife_interval(1.0, np.array([0.0, 1.5, 1.5]), np.ones(3), POSITIVE) is not None
+    assert jackknife_interval(1.0, np.array([0.0, 2.0, 1.0]), np.ones(3), POSITIVE) is None  # error 1.15 of 1
+    assert jackknife_interval(0.0, np.array([1.0, -1.0, 0.0]), np.ones(3), (-math.inf, 1.0)) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("fit.best.heading_mean_deg", (-45.0, 45.0)),
+        ("fit.rear.best.heading_abs_mean_deg", (0.0, 45.0)),
+        ("fit.best.heading_abs_std_deg", (0.0, 22.5)),
+        ("fit.best.regret_deg.by_range.0_15", (0.0, 45.0)),
+        ("track.heading_abs_mean_deg", (0.0, 180.0)),
+        ("track.mota", (-math.inf, 1.0)),
+        ("track.hota", (0.0, 1.0)),
+        ("fit.best.position_abs_mean_m", (0.0, math.inf)),
+        ("fit.best.corner_across_mean_m", (-math.inf, math.inf)),
+    ],
+)
+def test_ranges_are_those_of_the_quantities(name, expected):
+    assert possible_range(name, METRICS[name]) == expected
+
+
+def test_a_figure_of_vehicles_without_an_interval_says_why():
+    """Two vehicles are too few; errors of 0 of many vehicles have no scale; a count never has an interval."""
+    two, sheet = np.repeat([0, 1], 5), MetricSheet()
+    sheet.mean("fit.best.heading_abs_mean_deg", np.arange(10.0), "", two)
+    sheet.std("fit.best.heading_std_deg", np.arange(10.0), "", two)
+    sheet.mean("fit.best.regret_deg", np.zeros(10), "", np.repeat(np.arange(5), 2))
+    sheet.mean("fit.best.iou_mean", np.arange(10.0), "")
+    assert [metric.why_no_interval for metric in sheet.metrics.values()] == [TOO_FEW, TOO_FEW, NO_ERROR, ""]
+    assert [interval_of(metric) for metric in sheet.metrics.values()] == [TOO_FEW, TOO_FEW, NO_ERROR, ""]
 
 
 def test_none_of_eight_vehicles_is_the_rule_of_three():
@@ -82,6 +135,10 @@ def test_few_vehicles_or_a_dominant_one_have_no_interval():
     dominant = np.array([100.0, 1.0, 1.0, 1.0])
     assert effective_clusters(dominant) == pytest.approx(103**2 / 10003)
     assert jackknife_interval(1.0, np.array([0.9, 1.0, 1.1, 1.0]), dominant, ANY) is None
+    nearly = np.array([10.0, 4.0, 4.0])
+    assert effective_clusters(nearly) == pytest.approx(324 / 132)
+    assert jackknife_interval(1.0, np.array([0.9, 1.0, 1.1]), nearly, SHARE) is None
+    assert jackknife_interval(1.0, np.array([0.9, 1.0, 1.1]), np.full(3, 0.1), ANY) is not None  # 3 but for rounding
 
 
 def test_vehicles_that_agree_do_not_make_a_share_certain():

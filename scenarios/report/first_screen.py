@@ -1,0 +1,274 @@
+"""First screen of a run: verdict, limits that do not hold, main figures, worst frame and next commands.
+
+It has at most `LINES` lines. Everything else is in the full report (`luxloop.scenarios.report.text`).
+"""
+
+import shlex
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from luxloop.scenarios.files import known_failure
+from luxloop.scenarios.files.expect import Check, unmet, verdict
+from luxloop.scenarios.grading.worst_frames import worst_frames
+from luxloop.scenarios.recording.viewer import frame_to_show
+from luxloop.scenarios.report import text
+from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
+from luxloop.scenarios.report.text import COLORS, NOTHING_EXPECTED
+from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run.device import SHIPPED
+
+LINES = 20
+"""Most lines of the screen: it fits into any terminal."""
+NARROWEST = 60
+"""Fewest columns that the lines are made for."""
+BLANK = 2
+"""Blank lines that many limits leave."""
+CAUSE_LINES, WORST_LINES = 3, 2
+"""Most lines of the cause of one limit, and of the worst frame."""
+NAMED_FROM = 110
+"""Columns from which the main figures are followed by the names of their metrics."""
+
+FIGURES = {
+    "track.hota": "HOTA, tracking as a whole (1 is best)",
+    "track.idf1": "IDF1, vehicles keep one id (1 is best)",
+    "track.missed_share": "vehicles in view without a track",
+    "fit.best.heading_abs_mean_deg": "heading error of fits, modulo 90 deg",
+    "fit.best.position_abs_mean_m": "corner position error of fits",
+    "track.moving_velocity_abs_mean_mps": "velocity error of moving vehicles",
+    "track.heading_abs_mean_deg": "heading error of moving vehicles",
+    "track.false_share": "false tracks over vehicles in view",
+    "track.gospa_m": "GOSPA (0 is best)",
+    "people.hota": "HOTA of people (1 is best)",
+    "riders.hota": "HOTA of riders (1 is best)",
+}
+"""Main figures with what they say; those that a run has come first."""
+MOST_FIGURES = 6
+PERCENT = ("track.missed_share", "track.false_share")
+"""Main figures in percent."""
+
+Screen = list[Text]
+
+
+def commands_of(out: Path, *, recorded: bool) -> dict[str, str]:
+    """Return the next commands for a run folder, with what each shows."""
+    folder = shlex.quote(str(out))
+    page = {f"luxloop report {folder}": "a page with pictures and all results"}
+    if recorded:
+        return {f"luxloop view {folder}": "the recording, at the worst frame", **page}
+    return {**page, f"cat {shlex.quote(str(out / run_folder.REPORT))}": "the full report as text"}
+
+
+def show_run(result: Result, *, recorded: bool, full: bool) -> None:
+    """Print the screen of a run whose folder is on disk, or its full report; `recorded` if it can be viewed."""
+    assert result.out is not None
+    written = result.out / run_folder.REPORT
+    if full:
+        text.show(text.report(result, result.checks), written.read_text(encoding="utf-8"))
+        print(f"Results are in {result.out}")
+    else:
+        show(result, result.checks, commands_of(result.out, recorded=recorded), str(written))
+
+
+def show(result: Result, checks: Sequence[Check], commands: Mapping[str, str], rest: str) -> None:
+    """Print the screen on standard output.
+
+    Parameters
+    ----------
+    commands
+        Next commands, with what each shows.
+    rest
+        Where the limits that do not fit are listed, e.g. the path of the full report.
+    """
+    console = Console(markup=False, emoji=False, highlight=False)
+    print_lines(screen(result, checks, commands, rest, console.width), console)
+
+
+def print_lines(lines: Screen, console: Console) -> None:
+    """Print lines that are wrapped already; a terminal wraps longer ones, so that commands can be copied."""
+    for line in lines:
+        console.print(line, soft_wrap=True)
+
+
+def screen(result: Result, checks: Sequence[Check], commands: Mapping[str, str], rest: str, columns: int) -> Screen:
+    """Return at most `LINES` lines of at most this number of columns; only commands and paths may be longer.
+
+    Other parameters are those of `show`.
+    """
+    columns = max(columns, NARROWEST)
+    first = [*_head(result, checks), *_warning(result, columns)]
+    last = [
+        figures(result.metrics, columns),
+        _worst_frame(result, checks, columns),
+        next_commands(commands, columns),
+    ]
+    room = LINES - BLANK - sum(map(len, [first, *last]))
+    return spaced([section for section in (first, _failing(result, checks, rest, columns, room), *last) if section])
+
+
+def spaced(sections: list[Screen]) -> Screen:
+    """Join sections, with blank lines between them as far as these fit; the last ones first."""
+    blank = LINES - sum(map(len, sections))
+    lines: Screen = []
+    for number, section in enumerate(sections):
+        lines += [Text()] if 0 < number >= len(sections) - blank else []
+        lines += section
+    return lines
+
+
+def headline(name: str, outcome: str, color: str, said: str) -> Text:
+    """Return the first line: verdict, what was run, and a sentence about it."""
+    return Text.assemble((outcome.upper(), f"bold {color}"), "  ", (name, "bold"), f": {said}")
+
+
+def statement(checks: Sequence[Check], result: Result) -> str:
+    """Return the verdict as a sentence."""
+    if not checks:
+        said = NOTHING_EXPECTED
+    else:
+        count = {outcome: sum(check.outcome == outcome for check in checks) for outcome in ("failed", "known failure")}
+        said = f"{sum(check.holds for check in checks)} of {len(checks)} expectations hold"
+        said += f", {count['failed']} failed" if count["failed"] else ""
+        said += f", {counted(count['known failure'], 'known failure')}" if count["known failure"] else ""
+        unreported = sum(check.outcome == "not applicable" for check in checks)
+        said += f", {unreported} not applicable" if unreported else ""
+    return said if result.complete else f"ended early: {result.ended_early}; so far {said}"
+
+
+def figures(metrics: Mapping[str, Metric], columns: int) -> Screen:
+    """Return the first `MOST_FIGURES` main figures that have a value, with their intervals."""
+    shown = [name for name in FIGURES if name in metrics and metrics[name].value is not None][:MOST_FIGURES]
+    if not shown:
+        return []
+    rows = [(FIGURES[name], *figure_cells(name, metrics[name])) for name in shown]
+    lines = table(("Main figures", "value", "95 % interval"), rows)
+    if columns >= NAMED_FROM:
+        lines = [lines[0], *(line.append(f"   {name}", "dim") for line, name in zip(lines[1:], shown, strict=True))]
+    return lines
+
+
+def figure_cells(name: str, metric: Metric) -> tuple[str, str]:
+    """Return value and interval of a main figure."""
+    ends = "-".join(figure_text(name, end) for end in metric.interval) if metric.interval else interval_of(metric)
+    unit = " %" if name in PERCENT else unit_of(metric)
+    return figure_text(name, metric.value) + unit, ends
+
+
+def figure_text(name: str, value: float | None) -> str:
+    """Return a number of a main figure without its unit, with three significant digits."""
+    if value is None:
+        return NONE
+    shown = 100.0 * value if name in PERCENT else value
+    return f"{shown:#.3g}".rstrip(".") if abs(shown) < 1000.0 else f"{shown:.0f}"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Screen:
+    """Return a heading and rows: the first column to the left, the others to the right, numbers below each other."""
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+
+    def line(cells: Sequence[str]) -> Text:
+        others = (f"   {cell:>{width}}" for cell, width in zip(cells[1:], widths[1:], strict=True))
+        return Text(f"  {cells[0]:<{widths[0]}}" + "".join(others))
+
+    title = line((f"{head[0]:<{widths[0] + 2}}", *head[1:])).plain.strip()
+    return [_heading(title), *(line(row) for row in rows)]
+
+
+def next_commands(commands: Mapping[str, str], columns: int) -> Screen:
+    """Return each command in one line, followed by its meaning where that fits."""
+    width = max(map(len, commands), default=0)
+    lines = []
+    for command, meaning in commands.items():
+        line = Text(f"{command:<{width}}", "bold cyan")
+        lines.append(line.append(f"   {meaning}", "not bold default") if width + 3 + len(meaning) <= columns else line)
+    return lines
+
+
+def _head(result: Result, checks: Sequence[Check]) -> Screen:
+    """Return the verdict, and the size of the run."""
+    outcome = verdict(checks, result.complete)
+    name = f"{result.scenario}, seed {result.seed}"
+    said = [counted(result.frames, "frame"), counted(round(result.metrics["dataset.vehicles"].value or 0), "vehicle")]
+    time = result.metrics["perf.tracker_ms_p50"]
+    said += [] if time.value is None else [f"tracker {value_of(time, 0)} ms a frame"]
+    said += [] if result.config["device"] == SHIPPED else [result.config["device"]]
+    return [headline(name, outcome, COLORS[outcome], statement(checks, result)), Text(", ".join(said), "dim")]
+
+
+def _warning(result: Result, columns: int) -> Screen:
+    """Return the first warning about the traffic's input, cut to one line."""
+    found = result.warnings
+    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    return [Text(_cut(f"Warning: {found[0]}", columns - len(more)) + more, "yellow")] if found else []
+
+
+def _failing(result: Result, checks: Sequence[Check], rest: str, columns: int, room: int) -> Screen:
+    """Return the limits that do not hold in at most `room` lines, unexpected ones and large excesses first."""
+    found = unmet(checks)
+    if not found:
+        return []
+    fitting = found if len(found) <= room - 1 else found[: room - 2]
+    more = [Text(f"  and {len(found) - len(fitting)} more: {rest}", "dim")] if len(fitting) < len(found) else []
+    for most in range(CAUSE_LINES, 0, -1):
+        rows = _limit_rows(result, fitting, columns, most)
+        if len(rows) + len(more) + 1 <= room or most == 1:
+            break
+    return [_failing_heading(found), *rows, *more]
+
+
+def _failing_heading(found: Sequence[Check]) -> Text:
+    """Return how many limits do not hold, and how many of them are known failures."""
+    known = sum(check.outcome == "known failure" for check in found)
+    of_them = "" if not known else ", a known failure" if known == len(found) == 1 else ", all known failures"
+    of_them = f", {counted(known, 'known failure')} among them" if 0 < known < len(found) else of_them
+    return _heading(f"{counted(len(found), 'limit does', 'limits do')} not hold{of_them}")
+
+
+def _limit_rows(result: Result, checks: Sequence[Check], columns: int, most: int) -> Screen:
+    """Return for each limit its metric, the value beside the limit, and the cause on `most` lines."""
+    compared = [exceeded(check) for check in checks]
+    name_width, width = max(len(check.name) for check in checks), max(map(len, compared))
+    indent = 2 + name_width + 2 + width + 2
+    lines = []
+    for check, comparison in zip(checks, compared, strict=True):
+        cause = textwrap.wrap(_cause(result, check), max(columns - indent, 10), max_lines=most, placeholder=" ...")
+        style = "red" if check.outcome == "failed" else "yellow"
+        first = Text(f"  {check.name:<{name_width}}  ").append(f"{comparison:<{width}}  ", style)
+        lines += [
+            first.append(cause[0] if cause else "", "dim"),
+            *(Text(" " * indent + more, "dim") for more in cause[1:]),
+        ]
+    return lines
+
+
+def _cause(result: Result, check: Check) -> str:
+    """Return the stated cause of a known failure; of others where it is worst, or else the need behind the limit."""
+    if check.metric.reason:
+        return check.metric.reason
+    if check.outcome == "known failure":
+        return known_failure.cause_of(check.limit.known_failure)
+    worse = "worse than known; " if check.known else ""
+    worst = worst_frames(result, check.name, count=1)
+    return f"FAILED: {worse}" + (
+        f"worst in {worst[0]}" if worst else check.limit.need or "no single frame is the cause"
+    )
+
+
+def _worst_frame(result: Result, checks: Sequence[Check], columns: int) -> Screen:
+    """Return the frame that `luxloop view` opens at, and what is wrong in it."""
+    found = frame_to_show(result, [check.name for check in unmet(checks)])
+    lines = textwrap.wrap(f"Worst {found}", columns, max_lines=WORST_LINES, placeholder=" ...") if found else []
+    return [Text.assemble((line[:5], "bold"), line[5:]) if n == 0 else Text(line) for n, line in enumerate(lines)]
+
+
+def _heading(words: str) -> Text:
+    return Text(words, "bold")
+
+
+def _cut(words: str, columns: int) -> str:
+    """Return words on one line, cut if they are too long."""
+    return textwrap.shorten(words, max(columns, 10), placeholder=" ...")
