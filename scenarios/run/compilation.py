@@ -20,7 +20,7 @@ def compilation_reported(report: StartReport) -> Iterator[None]:
         yield
 
 
-class _Listener(event.Listener):  # type: ignore[misc]
+class _Listener(event.Listener):
     """Reports the start of each compilation."""
 
     def __init__(self, report: StartReport) -> None:
