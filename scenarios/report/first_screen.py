@@ -197,7 +197,7 @@ def _head(result: Result, checks: Sequence[Check]) -> Screen:
     said = [counted(result.frames, "frame"), counted(round(result.metrics["dataset.vehicles"].value or 0), "vehicle")]
     time = result.metrics["perf.tracker_ms_p50"]
     said += [] if time.value is None else [f"tracker {value_of(time, 0)} ms a frame"]
-    said += [] if result.config["device"] == SHIPPED else [result.config["device"]]
+    said += [] if result.config["device"] == SHIPPED else [f"device {result.config['device']}"]
     return [headline(name, outcome, COLORS[outcome], statement(checks, result)), Text(", ".join(said), "dim")]
 
 
