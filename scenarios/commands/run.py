@@ -90,14 +90,18 @@ def _run_one(request: "RunRequest", seed: int | None, as_json: bool, quiet: bool
 
     outcome = request.execute(seed)
     from luxloop.scenarios.commands.run_seeds import code_of
-    from luxloop.scenarios.report import first_screen
+    from luxloop.scenarios.report import first_screen, text
     from luxloop.scenarios.run import run_folder
 
     if as_json:
         document = run_folder.document(outcome.result, outcome.checks)
         print(json.dumps({**document, "out": str(outcome.out)}, allow_nan=False))
     elif not quiet:
-        first_screen.show_run(outcome, recorded=request.record, full=full)
+        if full:
+            text.show(outcome.report, outcome.text)
+            print(f"Results are in {outcome.out}")
+        else:
+            first_screen.show_folder(outcome.result, outcome.checks, outcome.out, recorded=request.record)
         if request.dataset_to:
             print(f"The data set is in {request.dataset_to}")
     return code_of(outcome)

@@ -7,7 +7,6 @@ import shlex
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.text import Text
@@ -16,15 +15,11 @@ from luxloop.scenarios.files import known_failure
 from luxloop.scenarios.files.expect import Check, unmet, verdict
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.recording.viewer import frame_to_show
-from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
 from luxloop.scenarios.report.text import COLORS, NOTHING_EXPECTED
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.device import SHIPPED
-
-if TYPE_CHECKING:
-    from luxloop.scenarios.execute import ExecutedRun
 
 LINES = 20
 """Most lines of the screen: it fits into any terminal."""
@@ -67,13 +62,9 @@ def commands_of(out: Path, *, recorded: bool) -> dict[str, str]:
     return {**page, f"cat {shlex.quote(str(out / run_folder.REPORT))}": "the full report as text"}
 
 
-def show_run(run: "ExecutedRun", *, recorded: bool, full: bool) -> None:
-    """Print the screen of a run whose folder is on disk, or its full report; `recorded` if it can be viewed."""
-    if full:
-        text.show(run.report, run.text)
-        print(f"Results are in {run.out}")
-    else:
-        show(run.result, run.checks, commands_of(run.out, recorded=recorded), str(run.out / run_folder.REPORT))
+def show_folder(result: Result, checks: Sequence[Check], out: Path, *, recorded: bool) -> None:
+    """Print the screen of a run whose folder `out` is on disk; `recorded` if it can be viewed."""
+    show(result, checks, commands_of(out, recorded=recorded), str(out / run_folder.REPORT))
 
 
 def show(result: Result, checks: Sequence[Check], commands: Mapping[str, str], rest: str) -> None:

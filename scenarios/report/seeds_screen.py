@@ -2,7 +2,8 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Protocol
 
 from rich.console import Console
 from rich.text import Text
@@ -13,11 +14,26 @@ from luxloop.scenarios.report.cells import exceeded
 from luxloop.scenarios.report.first_screen import FIGURES, LINES, MOST_FIGURES, Screen
 from luxloop.scenarios.report.seed_table import seed_report, statistics_of
 from luxloop.scenarios.report.text import COLORS
+from luxloop.scenarios.result import Result
 
-if TYPE_CHECKING:
-    from luxloop.scenarios.execute import ExecutedRun
 
-Runs = Mapping[int, "ExecutedRun"]
+class SeedRun(Protocol):
+    """A run with a folder, as `luxloop.scenarios.execute.ExecutedRun`."""
+
+    @property
+    def result(self) -> Result:
+        """The graded run."""
+
+    @property
+    def checks(self) -> list[Check]:
+        """Its expectations."""
+
+    @property
+    def out(self) -> Path:
+        """Its folder."""
+
+
+Runs = Mapping[int, SeedRun]
 
 WORST_FIRST = ("broken tracker", "failed", "incomplete", "no limits", "passed")
 """Verdicts of runs; that of all runs is the first of theirs."""
