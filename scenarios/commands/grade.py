@@ -169,7 +169,7 @@ def _deliver(result: "Result", checks: "list[Check]", run: Path, out: Path | Non
         text.show(printed)
         print(f"Results are in {out}" if out else "Nothing was written; to keep it, give --out")
     elif out:
-        first_screen.show(result, checks, first_screen.commands_of(out, recorded=False), str(out / run_folder.REPORT))
+        first_screen.show_folder(result, checks, out, recorded=False)
     else:
         keep = {f"luxloop grade {run} --out DIR": "nothing was written; this keeps it"}
         first_screen.show(result, checks, keep, "--full prints the whole report")

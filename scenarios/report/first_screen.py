@@ -15,7 +15,6 @@ from luxloop.scenarios.files import known_failure
 from luxloop.scenarios.files.expect import Check, unmet, verdict
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.recording.viewer import frame_to_show
-from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
 from luxloop.scenarios.report.text import COLORS, NOTHING_EXPECTED
 from luxloop.scenarios.result import Metric, Result
@@ -195,7 +194,7 @@ def _head(result: Result, checks: Sequence[Check]) -> Screen:
     said = [counted(result.frames, "frame"), counted(round(result.metrics["dataset.vehicles"].value or 0), "vehicle")]
     time = result.metrics["perf.tracker_ms_p50"]
     said += [] if time.value is None else [f"tracker {value_of(time, 0)} ms a frame"]
-    said += [] if result.config["device"] == SHIPPED else [result.config["device"]]
+    said += [] if result.config["device"] == SHIPPED else [f"device {result.config['device']}"]
     return [headline(name, outcome, COLORS[outcome], statement(checks, result)), Text(", ".join(said), "dim")]
 
 

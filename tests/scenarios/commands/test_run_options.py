@@ -104,7 +104,7 @@ def test_seeds_are_one_screen(capfd):
     worst = 3 + hota.index(min(hota))
     assert row == ["track.hota", f"{min(hota):.3f}", "<", "2", "3", "of", "3", "seeds,", "worst:", str(worst)]
     assert not any(line[:1] == ["track.mota"] for line in lines)
-    assert re.search(r"^luxloop view \S+   the recording of seed 3$", out, re.MULTILINE)
+    assert re.search(r"^luxloop report all/short-seed3\S+$", out, re.MULTILINE)
 
 
 BROKEN_AT_SEED_2 = """\
@@ -210,10 +210,12 @@ def test_brackets_in_every_text_of_a_scenario_are_printed_as_written(capfd):
     )
     text = short_run.TEXT.replace("[bold]", "[/bold] :car:") + f"[expect]\n{limit}\n"
     short_run.write(Path(), text)
-    run()
+    run("--full")
     out = " ".join(capfd.readouterr().out.split())
     assert "standing ego [/bold] :car:" in out
     assert "[red]why[/red] [/x]" in out
+    assert main(["grade", "runs/short-seed4"]) == 0
+    assert "  [red]why[/red] [/x]\n" in capfd.readouterr().out
     assert main(["report", "runs/short-seed4"]) == 0
     page = Path("runs/short-seed4.html").read_text(encoding="utf-8")
     assert "limits are in [/docs/x.md]" in page
