@@ -90,6 +90,18 @@ def test_the_base_installation_runs_grades_reports_and_compares(folder):
     assert (folder / "run.html").is_file()
 
 
+def test_a_scripted_run_without_recording_needs_no_viewer_and_no_simulator(folder):
+    short_run.write(folder)
+    run = luxloop(
+        {"rerun", "libsumo", "traci", "highway_env", "gymnasium", "pygame", "matplotlib"},
+        ["list"],
+        ["run", "short.toml", "--out", "run", "--no-recording", "--record-scans"],
+        ["grade", "run", "--tracker", "luxloop.tracker.tracker:Tracker"],
+    )
+    assert (run.returncode, run.stderr) == (0, "")
+    assert not list(folder.glob("run/*.rrd"))
+
+
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_the_checked_packages_are_those_of_the_extra(extra):
     listed = PROJECT["optional-dependencies"][extra]
