@@ -43,7 +43,10 @@ def run(
     tracker: Tracker = None,
     oracle: Annotated[
         list[Stage] | None,
-        typer.Option(help="Replace this stage of the shipped tracker with the ground truth; may be repeated."),
+        typer.Option(
+            metavar="STAGE",
+            help=f"Replace a stage of the shipped tracker ({', '.join(Stage)}) with the ground truth; may be repeated.",
+        ),
     ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
