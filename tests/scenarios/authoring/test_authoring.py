@@ -151,7 +151,7 @@ def commonroad_file(path):
 
 
 def test_commonroad(written, tmp_path, capfd):
-    pytest.importorskip("commonroad", reason="the extra luxloop[commonroad] is not installed")
+    pytest.importorskip("commonroad", reason="the extra commonroad is not installed")
     commonroad_file(tmp_path / "road.xml")
     scenario, _ = written(tmp_path / "road.xml", duration="3")
     assert (scenario.traffic.kind, scenario.traffic.ego) == ("replay", "1")
