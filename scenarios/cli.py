@@ -1,8 +1,11 @@
 """The command line. Slow packages are imported inside the commands, so that help and list are fast."""
 
 import os
+import select
+import signal
 import sys
 import threading
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -15,7 +18,6 @@ from luxloop.scenarios.commands import (
     compile_kernels,
     egos,
     export,
-    full_disk,
     grade,
     import_,
     league,
@@ -25,7 +27,6 @@ from luxloop.scenarios.commands import (
     occlusions,
     paper,
     realism,
-    refused_path,
     report,
     run,
     schema,
@@ -37,55 +38,88 @@ from luxloop.scenarios.commands import (
     view,
 )  # fmt: skip
 from luxloop.scenarios.commands.error_line import print_error
+from luxloop.scenarios.commands.internal_error import print_internal_error
 from luxloop.scenarios.commands.plain_help import PlainHelp
 from luxloop.scenarios.errors import Interrupted
-from luxloop.scenarios.files import completed
+from luxloop.scenarios.exit_codes import ExitCode, explain
+from luxloop.scenarios.files import completed, full_disk
 from luxloop.scenarios.run import termination, versions
 from luxloop.sim.rare_collection import collect_rarely
 
-app = typer.Typer(
-    help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
-    pretty_exceptions_enable=False,
-)
-app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
-for command in (
-    egos.egos, new.new, run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline,
-    trends.trends, grade.grade, check_tracker.check_tracker, mcap.mcap, export.export, realism.realism,
-    occlusions.occlusions, league.league, sweep.sweep, search.search, thresholds.thresholds, schema.schema,
-):  # fmt: skip
-    app.command(cls=PlainHelp)(command)
-app.command("warm-up", cls=PlainHelp)(compile_kernels.warm_up)
-app.command("import", cls=PlainHelp)(import_.import_)
-app.command(cls=PlainHelp)(track.track)
+COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
+    "Run": {
+        "list": (list_scenarios.list_scenarios, "List the scenarios that ship."),
+        "run": (run.run, "Run a scenario and grade the tracker."),
+        "grade": (grade.grade, "Grade recorded scans, or tracks and truth in files."),
+        "check-tracker": (check_tracker.check_tracker, "Check that a tracker keeps the interface contract."),
+    },
+    "Look": {
+        "view": (view.view, "Open the recording of a run in the rerun viewer."),
+        "report": (report.report, "Write an HTML page of one or several runs."),
+        "paper": (paper.paper, "Print the tables of the paper for a run."),
+        "occlusions": (occlusions.occlusions, "Print the survival of track ids in occlusions."),
+    },
+    "Compare": {
+        "compare": (compare.compare, "Compare two sets of runs of the same scenarios and seeds."),
+        "baseline": (baseline.baseline, "Write the baseline file of a comparison."),
+        "trends": (trends.trends, "Draw the key metrics over many baselines."),
+        "league": (league.league, "Run several trackers on the same scans."),
+        "blame": (blame.blame, "Measure the error that each stage of the tracker causes."),
+    },
+    "Study": {
+        "sweep": (sweep.sweep, "Run all combinations of a study's parameters."),
+        "search": (search.search, "Search for the smallest disturbance that breaks the tracker."),
+        "thresholds": (thresholds.thresholds, "Estimate the parameter value at which a metric fails."),
+    },
+    "Own data": {
+        "new": (new.new, "Write a scenario file for a SUMO net or a recording."),
+        "egos": (egos.egos, "List candidates for the ego in SUMO traffic."),
+        "import": (import_.import_, "Make recorded scans of a real recording."),
+        "track": (track.track, "Run a tracker over recorded scans."),
+        "export": (export.export, "Write a run in the format of other programs."),
+        "mcap": (mcap.mcap, "Write a run as MCAP, for ROS 2 and Foxglove."),
+        "realism": (realism.realism, "Compare simulated vehicles with real ones."),
+    },
+    "Tools": {
+        "warm-up": (compile_kernels.warm_up, "Compile the kernels before parallel runs do."),
+        "schema": (schema.schema, "Print the JSON schema of scenario files."),
+    },
+}
+"""Commands by group and name, with their line in the help of the program."""
 
-INTERRUPTED = 130
-"""Exit code of Ctrl-C, as typer's."""
+app = typer.Typer(
+    cls=PlainHelp,
+    help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
+    epilog="luxloop COMMAND --help describes a command. Exit codes: 0 passed, 1 an expectation failed, 2 bad input, "
+    "3 the simulator failed, 4 the tracker broke its contract, 5 a comparison could not tell, 70 a defect of luxloop.",
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+for group, commands in COMMANDS.items():
+    for name, (command, line) in commands.items():
+        app.command(name, short_help=line, rich_help_panel=group)(command)
+
+COMPLETION = "_LUXLOOP_COMPLETE"
+"""Variable by which a shell asks for completions; Typer prints them and leaves by SystemExit."""
 SHOWN = 3
 """Largest number of paths in the message of Ctrl-C."""
 
-BROKEN_TRACKER = 4
-
-UNKNOWN = -1
-"""For errors of luxloop itself, which keep their traceback."""
-
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code; a program gives no arguments.
+    """Run the command line and return its exit code, see `ExitCode`; a program gives no arguments.
 
-    0 passed, 1 failed or ended early, 2 bad input, 3 the simulator failed, 4 the tracker broke its contract,
-    130 Ctrl-C, 143 SIGTERM, 129 SIGHUP.
-
-    Known errors are printed as one line on standard error. Others keep their traceback: they are defects of luxloop.
+    The code of an interrupted command is that of its signal: 130 Ctrl-C, 143 SIGTERM, 129 SIGHUP.
+    Errors of a user are printed as one line on standard error. Defects of luxloop keep their traceback before it.
     """
     if arguments is None:
         collect_rarely()
     completed.forget()
     with termination.as_interrupts() as received:
         code = _carry_out(arguments)
-    if code == INTERRUPTED:
+    if code == ExitCode.INTERRUPTED:
         code = received.exit_code
         termination.clear_unhandled()
-    if code == BROKEN_TRACKER and arguments is None and threading.active_count() > 1:
+    if code in (ExitCode.BROKEN_TRACKER, ExitCode.INTERNAL) and arguments is None and threading.active_count() > 1:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)  # a thread of the tracker would keep the process alive
@@ -93,26 +127,35 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _carry_out(arguments: list[str] | None) -> int:
-    """Run a command and print its error, if any, on one line."""
+    """Run a command, print its error, if any, and return the exit code."""
     try:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
         full_disk.flush_output()
     except typer.TyperException as error:
         return print_error(error.format_message(), error.exit_code)
     except Interrupted as error:
-        return print_error(str(error), INTERRUPTED)
-    except Exception as error:
-        if isinstance(error, OSError) and full_disk.is_full(error):
-            full_disk.drop_output()
-            return print_error(full_disk.message(error), 2)
-        if isinstance(error, OSError) and refused_path.is_refused(error):
-            return print_error(refused_path.message(error), 2)
-        code = _exit_code(error)
-        if code == UNKNOWN:
+        return print_error(str(error), ExitCode.INTERRUPTED)
+    except (Exception, SystemExit) as error:  # no library ends luxloop with a code of its own
+        if COMPLETION in os.environ:
             raise
-        if code != INTERRUPTED:
-            return print_error(str(error), code)
-    return print_error(f"interrupted; {_kept()}", code) if code == INTERRUPTED else code
+        if _is_unread():
+            full_disk.drop_output()
+            return 128 + signal.SIGPIPE
+        if full_disk.is_full(error):
+            full_disk.drop_output()
+        code, message = explain(error)
+        if code == ExitCode.INTERNAL:
+            return print_internal_error(error)
+        if code != ExitCode.INTERRUPTED:
+            return print_error(message, code)
+    return print_error(f"interrupted; {_kept()}", code) if code == ExitCode.INTERRUPTED else code
+
+
+def _is_unread() -> bool:
+    """Return True if the reader of standard output has ended, as in `luxloop list | head -1`."""
+    output = select.poll()
+    output.register(1)
+    return any(event & select.POLLERR for _, event in output.poll(0))
 
 
 def _kept() -> str:
@@ -141,18 +184,3 @@ def _options(
     ] = False,
 ) -> None:  # fmt: skip
     pass
-
-
-def _exit_code(error: BaseException) -> int:
-    """Return the exit code of a user's error or of Ctrl-C, and `UNKNOWN` for any other error."""
-    from luxloop.scenarios.errors import ContractError, InputError
-    from luxloop.sensor_model.rig.rig import RigError
-    from luxloop.sim.source import SimulatorFailedError, TrafficError
-
-    if isinstance(error, SimulatorFailedError):
-        return 3
-    if isinstance(error, ContractError):
-        return BROKEN_TRACKER
-    if isinstance(error, InputError | RigError | TrafficError):
-        return 2
-    return INTERRUPTED if termination.is_interrupt(error) else UNKNOWN

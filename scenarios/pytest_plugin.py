@@ -7,13 +7,15 @@ wherever luxloop is installed, so slow packages are imported only when a scenari
 import argparse
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from luxloop.scenarios.commands.internal_error import request
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.exit_codes import ExitCode, explain
 from luxloop.scenarios.files import toml_file
 from luxloop.scenarios.report.pytest_report import FOLDER, SuiteReport
 
@@ -37,6 +39,10 @@ class FailedRunError(Exception):
 
 class KnownFailuresError(Exception):
     """Only expectations with `known_failure` failed."""
+
+
+RESULTS = (FailedRunError, KnownFailuresError)
+"""Outcomes of a run."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -73,6 +79,23 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioF
     return (
         ScenarioFile.from_parent(parent, path=file_path) if named or _TRAFFIC.search(file_path.read_bytes()) else None
     )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Report a defect of luxloop as an error of the test: it is no failed expectation.
+
+    pytest and its JUnit file take every exception outside the phase `call` for an error.
+    """
+    report = yield
+    if isinstance(item, ScenarioItem) and call.when == "call" and call.excinfo:
+        error = call.excinfo.value
+        if isinstance(error, Exception) and not isinstance(error, RESULTS) and explain(error)[0] == ExitCode.INTERNAL:
+            report.when = "setup"
+            report.sections.append(("luxloop", request(error)))
+    return report
 
 
 class ScenarioFile(pytest.File):
@@ -182,10 +205,10 @@ class ScenarioItem(pytest.Item):
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Print failed expectations and bad input without a traceback. Other errors are defects and keep it."""
-        from luxloop.sim.source import TrafficError
-
-        expected = (FailedRunError, KnownFailuresError, InputError, TrafficError)
-        return str(excinfo.value) if isinstance(excinfo.value, expected) else super().repr_failure(excinfo, style)
+        error = excinfo.value
+        code, message = explain(error)
+        known = isinstance(error, RESULTS) or code != ExitCode.INTERNAL
+        return message if known else super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, None, str]:
         """Return the file and the name of the test."""

@@ -14,6 +14,8 @@ from luxloop.sim.sumo.input_checks import text_of
 _TRAFFIC = re.compile(r"<(vehicle|trip|flow|person|personFlow|container)\b")
 _SIGNALS = re.compile(r"<(tlLogic|WAUT)\b")
 _SCHEDULE = re.compile(r"<(edgeData|laneData|meandata|timedEvent)\b", re.IGNORECASE)
+_TRIP = re.compile(r"<trip\b")
+_ID = re.compile(r"""<(?:vehicle|trip|flow|person|personFlow|container)\b[^>]*?\bid\s*=\s*["']([^"']*)["']""")
 _ROOT = re.compile(r"<([A-Za-z][\w-]*)")
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 """SUMO's tools write their whole configuration into a comment at the head."""
@@ -31,9 +33,9 @@ class RouteFiles:
 def files_beside(net: Path, routes: Sequence[Path] = ()) -> RouteFiles:
     """Return the route files and additional files of a net, recognised by their root elements.
 
-    Files of types come before those of vehicles. Of the trips and the routes of the same name only the routes are
-    taken, since they contain the same vehicles. Files with signal programs are left out: the net has its own, and a
-    second program of the same name is an error.
+    Files of types come before those of vehicles. Of two files with vehicles of the same ids, as the trips and the
+    routes that randomTrips.py writes, only the one with routes is taken. Files with signal programs are left out: the
+    net has its own, and a second program of the same name is an error.
 
     Parameters
     ----------
@@ -57,13 +59,11 @@ def files_beside(net: Path, routes: Sequence[Path] = ()) -> RouteFiles:
         root, _ = kinds.get(os.path.relpath(path, net.parent), ("routes", ""))
         if root != "routes":
             raise InputError(f"--routes {path}: its root is <{root}>; give a file with the root <routes>")
-    taken = [name for name, (root, _) in kinds.items() if root == "routes" and ".rou.alt." not in name]
-    stems = {_stem(name) for name in taken if ".rou." in name}
-    for name in sorted(taken, key=lambda name: (bool(_TRAFFIC.search(kinds[name][1])), name)):
-        if ".trips." in name and _stem(name) in stems:
-            found.left_out.append(f"{name}: the trips of a route file")
-        else:
-            found.routes.append(name)
+    taken = {name for name, (root, _) in kinds.items() if root == "routes" and ".rou.alt." not in name}
+    texts = {name: kinds[name][1] for name in taken}
+    same = _repeated(texts)
+    found.routes = sorted(taken - same.keys(), key=lambda name: (bool(_TRAFFIC.search(texts[name])), name))
+    found.left_out = [f"{name}: its vehicles have the same ids as those of {other}" for name, other in same.items()]
     for name, (root, text) in kinds.items():
         if root in ("additional", "add") and not routes:
             if _SIGNALS.search(text):
@@ -94,5 +94,15 @@ def _text(path: Path) -> str:
         return ""
 
 
-def _stem(name: str) -> str:
-    return re.sub(r"\.(rou|trips)\.xml(\.gz)?$", "", name)
+def _repeated(texts: dict[str, str]) -> dict[str, str]:
+    """Return the files with an id of another file, with that file; files with fewer trips are preferred."""
+    taken: dict[str, set[str]] = {}
+    repeated: dict[str, str] = {}
+    for name in sorted(texts, key=lambda name: (len(_TRIP.findall(texts[name])), name)):
+        ids = set(_ID.findall(texts[name]))
+        other = next((earlier for earlier, known in taken.items() if not known.isdisjoint(ids)), None)
+        if other is None:
+            taken[name] = ids
+        else:
+            repeated[name] = other
+    return repeated

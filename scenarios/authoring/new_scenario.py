@@ -10,6 +10,7 @@ from luxloop.scenarios.authoring.draft_highway import highway_drafts
 from luxloop.scenarios.authoring.draft_options import DraftOptions
 from luxloop.scenarios.authoring.draft_recording import recording_drafts
 from luxloop.scenarios.authoring.draft_sumo import sumo_drafts
+from luxloop.scenarios.authoring.graded_draft import GradedDraft, grade
 from luxloop.scenarios.authoring.rehearsal import Rehearsal, rehearse
 from luxloop.scenarios.authoring.scenario_text import scenario_text
 from luxloop.scenarios.authoring.traffic_input import read_input, refuse_scenario
@@ -32,6 +33,12 @@ REMEDIES = {
     "replay": "choose another recording",
 }
 """Remedies for traffic without neighbours, by its kind."""
+OTHER_CHOICE = {
+    "sumo": "choose another --ego, --want, --begin or --window, or repair the traffic",
+    "highway-env": "choose another --seed or environment",
+    "replay": "choose another --ego or recording",
+}
+"""Remedies for traffic in which limits fail, by its kind."""
 
 
 def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *, force: bool = False) -> list[str]:
@@ -49,40 +56,69 @@ def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *
     Raises
     ------
     InputError
-        The source is unknown, or has no window with vehicles around an ego.
+        The source is unknown, or has no window with vehicles around an ego in which the limits of the file hold.
     OutputError
         The file exists already or is a folder, or its folder does not exist.
     TrafficError
         The traffic cannot start, or fails.
     """
     _require_new(options.out, force)
-    best: tuple[Draft, Rehearsal] | None = None
-    tried = 0
-    for draft in islice(_drafts(source, routes, options), TRIED):
-        rehearsal = _rehearsed(draft, options.out)
-        if rehearsal is None:
-            continue
-        tried += 1
-        if best is None or _score(rehearsal) > _score(best[1]):
-            best = draft, rehearsal
-        if rehearsal.complete and rehearsal.near >= ENOUGH:
-            break
-    if best is None:
-        raise InputError(f"{source}: no candidate for the ego could be simulated; see luxloop egos")
-    draft, rehearsal = best
-    _require_worth(source, draft.traffic["kind"], rehearsal, tried)
-    duration = draft.duration_s if rehearsal.complete else rehearsal.duration_s
-    choices = [*draft.choices, _checked(rehearsal, duration)]
-    document = replace(draft, duration_s=duration).document()
+    chosen = _first_that_holds(source, _drafts(source, routes, options), options.out)
+    document = chosen.draft.document()
     comments = [
         f"Written by: luxloop new {source}",
-        *choices,
-        "The limits under [expect] are generic defaults, not results: adapt them to the purpose of this scenario.",
+        *chosen.draft.choices,
+        "The limits under [expect] are generic defaults: adapt them to the purpose of this scenario.",
     ]
-    Scenario.of(document, options.out)
     with atomic_file.create(options.out) as path:
         path.write_text(scenario_text(document, comments), encoding="utf-8")
-    return choices
+    return chosen.draft.choices
+
+
+def _first_that_holds(source: str, drafts: Iterator[Draft], out: Path) -> GradedDraft:
+    """Return the first draft whose own limits hold.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    graded: list[GradedDraft] = []
+    for draft, rehearsal in _worthwhile(source, drafts, out):
+        graded.append(grade(draft, rehearsal, out))
+        if not graded[-1].failed:
+            return graded[-1]
+    best = min(graded, key=lambda one: len(one.failed))
+    raise InputError(
+        f"{source}: the limits that the file would have fail in all {len(graded)} choices of ego and window, in the "
+        f"best one {', '.join(best.failed)}; {OTHER_CHOICE[best.draft.traffic['kind']]}"
+    )
+
+
+def _worthwhile(source: str, drafts: Iterator[Draft], out: Path) -> Iterator[tuple[Draft, Rehearsal]]:
+    """Yield drafts with their rehearsals: those with enough vehicles for the whole duration, then others.
+
+    Raises
+    ------
+    InputError
+        No draft can be simulated, has a vehicle near the ego, or lasts for long enough.
+    """
+    others: list[tuple[Draft, Rehearsal]] = []
+    yielded = False
+    for draft in islice(drafts, TRIED):
+        rehearsal = _rehearsed(draft, out)
+        if rehearsal and rehearsal.complete and rehearsal.near >= ENOUGH:
+            yielded = True
+            yield draft, rehearsal
+        elif rehearsal:
+            others.append((draft, rehearsal))
+    if not (yielded or others):
+        raise InputError(f"{source}: no candidate for the ego could be simulated; see luxloop egos")
+    others.sort(key=lambda one: _score(one[1]), reverse=True)
+    if not yielded:
+        draft, rehearsal = others[0]
+        _require_worth(source, draft.traffic["kind"], rehearsal, len(others))
+    yield from (one for one in others if one[1].near > 0 and one[1].duration_s >= SHORTEST_S)
 
 
 def _require_new(out: Path, force: bool) -> None:
@@ -133,13 +169,3 @@ def _require_worth(source: str, kind: str, rehearsal: Rehearsal, tried: int) -> 
         )
     if rehearsal.duration_s < SHORTEST_S:
         raise InputError(f"{source}: no ego drives for {SHORTEST_S:g} s; the longest ended so: {rehearsal.end}")
-
-
-def _checked(rehearsal: Rehearsal, duration_s: float) -> str:
-    """Return the sentence on the check of the window."""
-    few = "" if rehearsal.near >= ENOUGH else ", which is few: the limit of observations may fail"
-    short = "" if rehearsal.complete else f" It is shorter than asked for, since {rehearsal.end.rstrip('.')}."
-    return (
-        f"Checked by playing the traffic once: {duration_s:g} s with {rehearsal.near:.1f} vehicles in the range of "
-        f"grading on average{few}.{short}"
-    )

@@ -10,6 +10,7 @@ def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, 
     """Measure the error that each stage of the shipped tracker causes, by replacing it with the ground truth."""
     import json
 
+    from luxloop.scenarios.compare.stage_costs import stage_costs
     from luxloop.scenarios.files import shipped
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.oracle.stage_blame import document, find_out
@@ -17,10 +18,11 @@ def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, 
     from luxloop.scenarios.report.blame_tables import blame_report
 
     found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)))
+    costs = stage_costs(found)
     if as_json:
-        print(json.dumps(document(found), allow_nan=False))
+        print(json.dumps(document(found, costs), allow_nan=False))
     else:
-        text.show(blame_report(found))
+        text.show(blame_report(found, costs))
     code, result = 0, found.shipped
     if not result.complete:
         code = print_early_end(result, f"the figures are of the {result.frames} frames until then")

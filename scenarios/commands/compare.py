@@ -6,9 +6,8 @@ from typing import Annotated
 import typer
 
 from luxloop.scenarios.commands.arguments import AsJson, Quiet, finite
+from luxloop.scenarios.exit_codes import ExitCode
 
-WORSE, CANNOT_TELL = 1, 5
-"""Exit codes; 2 to 4 have the same meaning in all commands."""
 BASE_OR_HEAD = "A folder of runs, a single run, or a file that `luxloop baseline` wrote"
 
 
@@ -48,4 +47,4 @@ def compare(
         text.show(comparison_table.report(comparison))
         if files:
             print(f"The comparison is in {' and '.join(map(str, files))}")
-    raise typer.Exit({"worse": WORSE, "cannot tell": CANNOT_TELL}.get(comparison.outcome, 0))
+    raise typer.Exit({"worse": ExitCode.FAILED, "cannot tell": ExitCode.CANNOT_TELL}.get(comparison.outcome, 0))

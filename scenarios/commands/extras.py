@@ -3,6 +3,7 @@
 from importlib.util import find_spec
 
 from luxloop.scenarios.errors import InputError
+from luxloop.sim.optional_packages import install_command
 
 EXTRAS = {
     "sweeps": ("dask", "distributed", "fsspec"),
@@ -26,5 +27,5 @@ def require(command: str, extra: str) -> None:
     """
     for package in EXTRAS[extra]:
         if find_spec(package) is None:
-            remedy = f"pip install 'luxloop[{extra}]'"
-            raise InputError(f"luxloop {command} needs {package}, which is not installed: {remedy}")
+            missing = f"luxloop {command} needs {package}, which is not installed"
+            raise InputError(f"{missing}: {install_command(extra)}")

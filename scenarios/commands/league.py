@@ -90,7 +90,9 @@ def _seeds(text: str) -> tuple[int, ...]:
 
 def _run(todo: "list[Drive]", workers: int, hide: bool) -> "list[Row]":
     """Run all drives with a progress bar, and return their rows in the order of the request."""
-    from luxloop.scenarios.errors import Interrupted
+    from concurrent.futures.process import BrokenProcessPool
+
+    from luxloop.scenarios.errors import InputError, Interrupted
     from luxloop.scenarios.league.league_runs import carry_out
     from luxloop.scenarios.run.progress import hidden, runs
 
@@ -103,5 +105,8 @@ def _run(todo: "list[Drive]", workers: int, hide: bool) -> "list[Row]":
     except KeyboardInterrupt as error:
         kept = todo[0].out / "rows"
         raise Interrupted(f"interrupted; finished runs are in {kept}, and the same command continues") from error
+    except BrokenProcessPool as error:
+        reason = "a worker process died: out of memory, or killed"
+        raise InputError(f"{reason}; the same command continues, with fewer --workers if memory is short") from error
     place = {(drive.stem, drive.seed): index for index, drive in enumerate(todo)}
     return sorted(rows, key=lambda row: place[row["scenario"], row["seed"]])

@@ -1,18 +1,25 @@
-"""Help of commands as it is written."""
+"""Help of the program: its commands in groups, a line each."""
 
 from typing import Any
 
 import typer.core
 
 
-class PlainHelp(typer.core.TyperCommand):
-    """Command whose help may contain brackets, as in `[tracker]`; rich would take them for styles."""
+class PlainHelp(typer.core.TyperGroup):
+    """Group of commands whose help has a section for each `rich_help_panel`."""
 
-    def __init__(self, *args: Any, **options: Any) -> None:
-        from rich.markup import escape
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:
+        """Write the description, then the sections in the order of their first commands."""
+        super().format_help_text(ctx, formatter)
+        groups: dict[Any, list[typer.core.TyperCommand]] = {}
+        for name in self.list_commands(ctx):
+            command = self.commands[name]
+            assert isinstance(command, typer.core.TyperCommand)
+            groups.setdefault(command.rich_help_panel, []).append(command)
+        widest = max(map(len, self.commands))
+        for group, commands in groups.items():
+            with formatter.section(group):
+                formatter.write_dl([(f"{each.name:{widest}}", each.short_help or "") for each in commands])
 
-        super().__init__(*args, **options)
-        self.help = escape(self.help or "")
-        for parameter in self.params:
-            if isinstance(parameter, typer.core.TyperOption | typer.core.TyperArgument) and parameter.help:
-                parameter.help = escape(parameter.help)
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write nothing after the options: the commands are above them."""

@@ -51,7 +51,10 @@ def run(
     tracker: Tracker = None,
     oracle: Annotated[
         list[Stage] | None,
-        typer.Option(help="Replace this stage of the shipped tracker with the ground truth; may be repeated."),
+        typer.Option(
+            metavar="STAGE",
+            help=f"Replace a stage of the shipped tracker ({', '.join(Stage)}) with the ground truth; may be repeated.",
+        ),
     ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -100,13 +103,18 @@ def _show(result: "Result", as_json: bool, quiet: bool, full: bool, *, recorded:
     import json
 
     from luxloop.scenarios.commands.run_seeds import code_of
-    from luxloop.scenarios.report import first_screen
+    from luxloop.scenarios.report import first_screen, text
     from luxloop.scenarios.run import run_folder
 
     if as_json:
         print(json.dumps({**run_folder.document(result, result.checks), "out": str(result.out)}, allow_nan=False))
     elif not quiet:
-        first_screen.show_run(result, recorded=recorded, full=full)
+        assert result.out is not None
+        if full:
+            text.show(text.report(result, result.checks), (result.out / run_folder.REPORT).read_text(encoding="utf-8"))
+            print(f"Results are in {result.out}")
+        else:
+            first_screen.show_folder(result, result.checks, result.out, recorded=recorded)
         if dataset:
             print(f"The data set is in {dataset}")
     return code_of(result)

@@ -17,6 +17,8 @@ from luxloop.scenarios.commands.arguments import (
     worker_count,
 )
 from luxloop.scenarios.commands.extras import require
+from luxloop.scenarios.commands.internal_error import print_failed_runs
+from luxloop.scenarios.exit_codes import INTERNAL_ERROR
 
 if TYPE_CHECKING:
     from luxloop.scenarios.study.study_file import Study
@@ -46,8 +48,8 @@ def sweep(
 ) -> None:
     """Run a study: all combinations of its parameters with all seeds. A second start continues an interrupted one.
 
-    The first line of the output is the number of runs. Exit with 1 if a run ended with an error. Failed expectations
-    are results of a study, not errors.
+    The first line of the output is the number of runs. Exit with 1 if a run ended with an error, with 70 if by a
+    defect of luxloop. Failed expectations are results of a study, not errors.
     """
     require("sweep", "sweeps")
     import json
@@ -72,7 +74,14 @@ def sweep(
         print(json.dumps(document(done, out), allow_nan=False))
     elif not quiet:
         print(_summary(done, out))
-    raise typer.Exit(1 if (done.rows["status"] == "error").any() else 0)
+    raise typer.Exit(_exit_code(done))
+
+
+def _exit_code(done: "Sweep") -> int:
+    """Return the exit code; a line names the internal errors of runs, if there are some."""
+    errors = [str(error) for error in done.rows.loc[done.rows["status"] == "error", "error"]]
+    internal = [error for error in errors if error.startswith(INTERNAL_ERROR)]
+    return print_failed_runs(internal) if internal else int(bool(errors))
 
 
 def _announcement(study: "Study") -> str:

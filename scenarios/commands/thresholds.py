@@ -16,6 +16,7 @@ from luxloop.scenarios.commands.arguments import (
     worker_count,
 )
 from luxloop.scenarios.commands.extras import require
+from luxloop.scenarios.commands.internal_error import print_failed_runs
 
 
 def thresholds(
@@ -47,11 +48,16 @@ def thresholds(
     path, count = find(study), worker_count(workers, scheduler)
     out, loaded = out or Path("thresholds") / path.stem, Study.load(path)
     notify = (lambda _: None) if as_json else print
+    defects: list[str] = []
     with hidden(as_json):
-        found = estimate(loaded, absolute(tracker or SHIPPED), out, notify, count, scheduler, retry_errors=retry_errors)
+        found = estimate(
+            loaded, absolute(tracker or SHIPPED), out, notify, count, scheduler, retry_errors=retry_errors,
+            report_defect=defects.append,
+        )  # fmt: skip
     threshold_report.write(loaded, found, out, formats)
     if as_json:
         print(json.dumps({**threshold_report.document(loaded, found), "out": str(out)}, allow_nan=False))
     else:
         text.show(threshold_report.report(loaded, found))
         print(f"Estimates, runs and figure are in {out}")
+    raise typer.Exit(print_failed_runs(defects) if defects else 0)

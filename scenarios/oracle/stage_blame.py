@@ -4,13 +4,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple
 
+import pandas as pd
+
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.oracle.device_choice import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run import device, loop
+from luxloop.scenarios.run import device, loop, progress
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard
 from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S
@@ -20,6 +22,9 @@ from luxloop.sim.world import WorldFrame
 from luxloop.tracker.scan import Scan
 
 Metrics = dict[str, Metric]
+Tables = dict[str, pd.DataFrame]
+COST_METRIC = "track.hota"
+"""Metric of the answer in one line."""
 
 
 class BlameMetric(NamedTuple):
@@ -74,12 +79,25 @@ SHOWN_DIGITS = 3
 
 
 @dataclass(frozen=True, slots=True)
+class StageCost:
+    """What the errors of a stage cost in a metric: its improvement by the truth in the place of the stage."""
+
+    stage: Stage
+    value: float
+    interval: tuple[float, float] | None
+    """95 % interval over vehicles; None for too few of them (it would leave the range of the metric), or if each stage
+    has a drive of its own."""
+
+
+@dataclass(frozen=True, slots=True)
 class Blame:
     """Results of the shipped tracker and of its oracles."""
 
     shipped: Result
     by_truth: dict[Stage, Metrics]
     """Metrics with an oracle for one stage."""
+    tables: dict[Stage, Tables]
+    """Tables with an oracle for one stage, on the scans of the shipped tracker; none if the tracks drive the ego."""
 
     def gain(self, stage: Stage, metric: BlameMetric) -> float | None:
         """Return the improvement of a metric by the oracle of a stage, in its unit; None if it applies to one only."""
@@ -118,7 +136,7 @@ def find_out(
     shipped = shipped or device.load(device.SHIPPED)
     if scenario.control:
         result = loop.run(scenario, shipped)
-        return Blame(result, {stage: loop.run(scenario, make_oracle([stage])).metrics for stage in Stage})
+        return Blame(result, {stage: loop.run(scenario, make_oracle([stage])).metrics for stage in Stage}, {})
     parallel = {stage: _ParallelDevice(scenario, make_oracle([stage])) for stage in Stage}
 
     def add(frame: WorldFrame, scan: Scan, truth: ScanTruth, _: FrameGrade) -> None:
@@ -126,7 +144,13 @@ def find_out(
             oracle.add(frame, scan, truth)
 
     result = loop.run(scenario, shipped, export=add)
-    return Blame(result, {stage: oracle.finish() for stage, oracle in parallel.items()})
+    of_oracles = progress.steps("grading", len(parallel), "stages", parallel.items())
+    finished = {stage: oracle.finish() for stage, oracle in of_oracles}
+    return Blame(
+        result,
+        {stage: metrics for stage, (metrics, _) in finished.items()},
+        {stage: tables for stage, (_, tables) in finished.items()},
+    )
 
 
 class _ParallelDevice:
@@ -141,13 +165,12 @@ class _ParallelDevice:
         self._guard.show_truth(frame, truth)
         self._grader.add(frame, scan, truth, *self._guard.checked(self._guard.step(scan), scan))
 
-    def finish(self) -> Metrics:
-        metrics, _ = self._grader.finish()
-        return metrics
+    def finish(self) -> tuple[Metrics, Tables]:
+        return self._grader.finish()
 
 
-def document(blame: Blame) -> dict[str, Any]:
-    """Return the JSON document: metrics of the shipped tracker, metrics of each oracle, and the ranking of stages."""
+def document(blame: Blame, costs: Sequence[StageCost]) -> dict[str, Any]:
+    """Return the JSON document: metrics of the shipped tracker and of each oracle, ranking and costs of stages."""
     result = blame.shipped
 
     def selected(metrics: Metrics) -> dict[str, Any]:
@@ -162,5 +185,6 @@ def document(blame: Blame) -> dict[str, Any]:
         "frames": result.frames,
         "shipped": selected(result.metrics),
         "by_truth": {stage: selected(metrics) for stage, metrics in blame.by_truth.items()},
+        "costs": {COST_METRIC: {cost.stage: {"value": cost.value, "interval": cost.interval} for cost in costs}},
         "ranking": {metric.name: blame.ranking(metric) for metric in BLAME_METRICS},
     }

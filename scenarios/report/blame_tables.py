@@ -10,12 +10,14 @@ from rich.text import Text
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import (
     BLAME_METRICS,
+    COST_METRIC,
     OF_FILTERS,
     OF_STAGES,
     OF_TRACKS,
     SHOWN_DIGITS,
     Blame,
     BlameMetric,
+    StageCost,
 )
 from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import NONE, table_of, value_of
@@ -23,9 +25,17 @@ from luxloop.scenarios.report.cells import NONE, table_of, value_of
 OWN_DRIVES = "The tracks control the ego: every row is a separate drive with its own scans."
 
 
-def blame_report(blame: Blame) -> RenderableType:
-    """Return the printed report, the verdicts last."""
+def blame_report(blame: Blame, costs: Sequence[StageCost]) -> RenderableType:
+    """Return the printed report: the answer in one line, the costs of the stages, and all metrics.
+
+    Parameters
+    ----------
+    costs
+        Costs of the stages, the largest first.
+    """
     sections: list[RenderableType] = [
+        Text(answer(blame, costs), style="bold"),
+        *([_costs(costs)] if costs else []),
         text.header(blame.shipped),
         _table("Stages, with the truth in the place of one of them", blame, OF_STAGES),
         _table("Estimates, with the truth in the place of one stage", blame, OF_FILTERS),
@@ -34,6 +44,38 @@ def blame_report(blame: Blame) -> RenderableType:
         *([Text(OWN_DRIVES, style="dim")] if blame.shipped.config["control"] else []),
     ]
     return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
+
+
+def answer(blame: Blame, costs: Sequence[StageCost]) -> str:
+    """Return which stage costs most, with its interval."""
+    metric = blame.shipped.metrics[COST_METRIC]
+    if not costs:
+        return f"No stage is to blame: {COST_METRIC} is {NONE}, {metric.reason}"
+    first = costs[0]
+    if first.value <= 0.0:
+        return f"No stage costs HOTA: the truth in the place of none of them improves its {value_of(metric)}"
+    few = "; no interval: too few vehicles, or a drive for each stage" if first.interval is None else ""
+    chance = ", which may be chance" if first.interval and first.interval[0] <= 0.0 else ""
+    return f"{first.stage} costs {_cost(first)} HOTA{_interval(first)}, most of all stages{chance}{few}"
+
+
+def _costs(costs: Sequence[StageCost]) -> Table:
+    """Return a table with a row per stage."""
+    table = table_of("Cost of each stage in HOTA", "stage", "cost", "95 %")
+    for cost in costs:
+        table.add_row(cost.stage, _cost(cost), _interval(cost).strip(" []") or NONE)
+    return table
+
+
+def _cost(cost: StageCost) -> str:
+    return f"{cost.value:.{SHOWN_DIGITS}f}"
+
+
+def _interval(cost: StageCost) -> str:
+    if cost.interval is None:
+        return ""
+    low, high = (f"{end:.{SHOWN_DIGITS}f}" for end in cost.interval)
+    return f" [{low}, {high}]"
 
 
 def _table(title: str, blame: Blame, metrics: Sequence[BlameMetric]) -> Table:

@@ -62,15 +62,9 @@ def commands_of(out: Path, *, recorded: bool) -> dict[str, str]:
     return {**page, f"cat {shlex.quote(str(out / run_folder.REPORT))}": "the full report as text"}
 
 
-def show_run(result: Result, *, recorded: bool, full: bool) -> None:
-    """Print the screen of a run whose folder is on disk, or its full report; `recorded` if it can be viewed."""
-    assert result.out is not None
-    written = result.out / run_folder.REPORT
-    if full:
-        text.show(text.report(result, result.checks), written.read_text(encoding="utf-8"))
-        print(f"Results are in {result.out}")
-    else:
-        show(result, result.checks, commands_of(result.out, recorded=recorded), str(written))
+def show_folder(result: Result, checks: Sequence[Check], out: Path, *, recorded: bool) -> None:
+    """Print the screen of a run whose folder `out` is on disk; `recorded` if it can be viewed."""
+    show(result, checks, commands_of(out, recorded=recorded), str(out / run_folder.REPORT))
 
 
 def show(result: Result, checks: Sequence[Check], commands: Mapping[str, str], rest: str) -> None:

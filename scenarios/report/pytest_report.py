@@ -24,7 +24,7 @@ class SuiteReport:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Collect the folder of a run, or the error that prevented it."""
-        if report.when != "call" or ".toml::" not in report.nodeid:
+        if ".toml::" not in report.nodeid or not (report.when == "call" or report.failed):
             return
         folder = dict(report.user_properties).get(FOLDER)
         if folder is not None:

@@ -187,14 +187,14 @@ class Guard:
             raise KeyboardInterrupt from error
         if isinstance(error, TrackerProcessError):
             self._break(str(error), error)
+        place = device.place_of(error, apart_from=HARNESS)
+        if isinstance(error, StepTimeoutError) or watch.alarms:  # numba makes other errors of a late compilation
+            self._break(f"{place}{self._timeout()}", error)
         made = getattr(self, "_device", None) is not None
         if isinstance(error, Exception) and (self._own if made else isinstance(error, InputError)):
             raise error
         if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # a full disk is the fault of no tracker
             raise error
-        place = device.place_of(error, apart_from=HARNESS)
-        if isinstance(error, StepTimeoutError) or watch.alarms:
-            self._break(f"{place}{self._timeout()}", error)
         reason = f"{type(error).__name__}: {error}".rstrip(": ")
         self._break(f"{place}raised {reason}", error)
 

@@ -9,9 +9,9 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device
 from luxloop.scenarios.search import finding_file, reductions
-from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
+from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json, Notify, no_report
 from luxloop.scenarios.search.executor import executor
-from luxloop.scenarios.search.optimise import Notify, optimise
+from luxloop.scenarios.search.optimise import optimise
 from luxloop.scenarios.search.shrink import shrink
 from luxloop.scenarios.study.design import source
 from luxloop.scenarios.study.parameter import Value
@@ -41,6 +41,7 @@ def search(
     scheduler: str | None = None,
     *,
     retry_errors: bool = False,
+    report_defect: Notify = no_report,
 ) -> Finding | None:
     """Find the smallest disturbance with which the study's metric fails; None if no trial fails.
 
@@ -60,6 +61,8 @@ def search(
         Address of a Dask scheduler.
     retry_errors
         True to run again what ended with an error.
+    report_defect
+        As `Evaluator`.
 
     Raises
     ------
@@ -80,7 +83,9 @@ def search(
         return {**document, "expect": finding_file.expectation(goal.metric, goal.limit, "")}
 
     with executor(min(workers, goal.at_once), scheduler) as execute_runs:
-        evaluator = Evaluator(goal, path, tracker, out / EVALUATIONS, execute_runs, retry_errors=retry_errors)
+        evaluator = Evaluator(
+            goal, path, tracker, out / EVALUATIONS, execute_runs, retry_errors=retry_errors, report_defect=report_defect
+        )
         if evaluator.known:
             notify(f"{evaluator.known} evaluations of an earlier start are reused")
         if evaluator.retried:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from luxloop.scenarios.errors import Interrupted, OutputError
+from luxloop.scenarios.exit_codes import INTERNAL_ERROR
 from luxloop.scenarios.search.objective import fails
 from luxloop.scenarios.study import append_log
 from luxloop.scenarios.study.design import StudyRun
@@ -23,6 +24,13 @@ EVALUATIONS = "answers.jsonl"
 
 Executor = Callable[[list[StudyRun]], Iterable[list[RunRow]]]
 """Executes runs, and yields their rows in batches, as they complete."""
+
+Notify = Callable[[str], None]
+"""Receives a line of text."""
+
+
+def no_report(_line: str) -> None:
+    """Ignore a line of text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +65,8 @@ class Evaluator:
         Executes runs, e.g. `dask_runs.rows_of` with a client; default: sequential execution in this process.
     retry_errors
         True to run again what ended with an error; the log keeps both, the later one counts.
+    report_defect
+        Receives the error of every evaluation that ended by a defect of luxloop.
 
     Raises
     ------
@@ -73,7 +83,9 @@ class Evaluator:
         execute_runs: Executor | None = None,
         *,
         retry_errors: bool = False,
+        report_defect: Notify = no_report,
     ) -> None:
+        self._report_defect = report_defect
         self.search, self.path, self.tracker = search, path, tracker
         self._contents = Contents(tracker)
         self._log, self._execute_runs = log, execute_runs or _execute_sequentially
@@ -123,7 +135,11 @@ class Evaluator:
         for rows in self._execute_runs(list(new.values())) if new else ():
             for row in rows:
                 self._store(self._evaluation(row))
-        return [self._evaluations[run.key] for run in runs]
+        evaluations = [self._evaluations[run.key] for run in runs]
+        for evaluation in evaluations:
+            if evaluation.error.startswith(INTERNAL_ERROR):
+                self._report_defect(evaluation.error)
+        return evaluations
 
     def fails(self, document: Json) -> bool:
         """Return True if the metric violates its limit in a scenario."""

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
 from luxloop.scenarios.errors import ScenarioError, StudyError
+from luxloop.scenarios.exit_codes import INTERNAL_ERROR
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.run import progress
-from luxloop.scenarios.search.evaluator import Evaluator, Json
+from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify
 from luxloop.scenarios.search.initial_trials import initial_trials
 from luxloop.scenarios.search.objective import fails, score, size
 from luxloop.scenarios.study.parameter import Parameter, Value
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
 
 SAMPLING_SEED = 0
 """Seed of optuna's sampler; fixed, so that a study always gets the same proposals."""
-
-Notify = Callable[[str], None]
-"""Receives a line of progress."""
 
 Make = Callable[[dict[str, Value], int], Json]
 """Makes a scenario document from parameters and a seed."""
@@ -86,6 +84,8 @@ def _undisturbed_fails(study: Study, evaluator: Evaluator, make: Make, neutral: 
     except ScenarioError as error:
         raise StudyError(f"{study.path}: with nothing disturbed: {error}") from error
     evaluation = evaluator.evaluate(document)
+    if evaluation.error.startswith(INTERNAL_ERROR):
+        raise RuntimeError(f"{study.path}: with nothing disturbed: {evaluation.error}")
     if evaluation.error:
         raise StudyError(f"{study.path}: with nothing disturbed: {evaluation.error}")
     return fails(evaluator.search.limit, evaluation.value)

@@ -9,8 +9,7 @@ from pathlib import Path
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
 from luxloop.scenarios.run import device, loop, own_metrics
-from luxloop.scenarios.search.evaluator import Evaluator, Json
-from luxloop.scenarios.search.optimise import Notify
+from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify
 from luxloop.sensor_model.noise.noise_config import KINDS as KINDS_OF_NOISE
 
 NO_PATH = Path("scenario.toml")

@@ -8,9 +8,9 @@ from itertools import chain, repeat
 
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.search import reductions
-from luxloop.scenarios.search.evaluator import Evaluator, Json
+from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify
 from luxloop.scenarios.search.objective import distance, size
-from luxloop.scenarios.search.optimise import Disturbance, Make, Notify, as_text
+from luxloop.scenarios.search.optimise import Disturbance, Make, as_text
 from luxloop.scenarios.study.parameter import Parameter, Value
 from luxloop.scenarios.study.study_file import Study
 

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.run import device, progress
-from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
+from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json, Notify, no_report
 from luxloop.scenarios.search.executor import executor
-from luxloop.scenarios.search.optimise import Notify
 from luxloop.scenarios.statistics.adaptive_curve import AdaptiveCurve, Threshold
 from luxloop.scenarios.study import design
 from luxloop.scenarios.study.parameter import Value
@@ -55,6 +54,7 @@ def thresholds(
     scheduler: str | None = None,
     *,
     retry_errors: bool = False,
+    report_defect: Notify = no_report,
 ) -> list[Setting]:
     """Estimate the thresholds of every setting of a study.
 
@@ -74,6 +74,8 @@ def thresholds(
         Address of a Dask scheduler.
     retry_errors
         True to run again what ended with an error.
+    report_defect
+        As `Evaluator`.
 
     Raises
     ------
@@ -92,7 +94,10 @@ def thresholds(
     settings = settings_of(study, goal)
     criterion = Search(metric=goal.metric, min=1.0)
     with executor(min(workers, len(settings)), scheduler) as execute_runs:
-        evaluator = Evaluator(criterion, path, tracker, out / EVALUATIONS, execute_runs, retry_errors=retry_errors)
+        evaluator = Evaluator(
+            criterion, path, tracker, out / EVALUATIONS, execute_runs, retry_errors=retry_errors,
+            report_defect=report_defect,
+        )  # fmt: skip
         if evaluator.known:
             notify(f"{evaluator.known} evaluations of an earlier start are reused")
         with evaluator.resumable(), progress.runs(study.path.stem, goal.runs * len(settings), done=0) as advance:

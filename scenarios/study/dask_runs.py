@@ -168,7 +168,7 @@ def _results(
     try:
         lines = client.gather(list(tasks))
     except Exception:  # one of them failed: fetch them one by one
-        lines = [_lines(runs, future, form) for future, runs in tasks.items()]
+        lines = [_lines(client, runs, future, form) for future, runs in tasks.items()]
     done, again = list[tuple[StudyRun, str]](), list[StudyRun]()
     for runs, of_task in zip(tasks.values(), lines, strict=True):
         if of_task:
@@ -178,7 +178,7 @@ def _results(
     return done, again
 
 
-def _lines(runs: list[StudyRun], future: Future[list[str]], form: RowFormat | None) -> list[str]:
+def _lines(client: Client, runs: list[StudyRun], future: Future[list[str]], form: RowFormat | None) -> list[str]:
     """Return the lines of a completed task, an error row for a run that killed its workers, and none for several."""
     try:
         lines: list[str] = future.result()
@@ -193,6 +193,8 @@ def _lines(runs: list[StudyRun], future: Future[list[str]], form: RowFormat | No
     except (CancelledError, OSError) as error:
         raise StudyError("the connection to the Dask scheduler is lost") from error
     except Exception as error:
+        if client.cluster is not None:  # a local one, with the packages of this process: a defect of luxloop
+            raise
         reason = f"{type(error).__name__}: {error}"
         raise StudyError(f"a worker cannot execute runs ({reason}); install the same packages there as here") from error
 

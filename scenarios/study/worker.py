@@ -8,7 +8,8 @@ import traceback
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from luxloop.scenarios.errors import InputError, OutputError, StudyError
+from luxloop.scenarios.errors import OutputError, StudyError
+from luxloop.scenarios.exit_codes import INTERNAL_ERROR, ExitCode, explain
 from luxloop.scenarios.files.shipped import CATALOG
 from luxloop.scenarios.run.versions import Versions, installed
 from luxloop.scenarios.study import row_parts
@@ -20,6 +21,9 @@ BROKEN = ("error", "incomplete")
 
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 """Error numbers of a full disk or an exceeded quota."""
+
+_printed: set[str] = set()
+"""Places in the code whose internal error this process has printed; a defect may end every run of a study."""
 
 
 def carry_out_as_lines(
@@ -75,14 +79,24 @@ def carry_out(run: StudyRun, keep_at: str | None = None, need: Versions | None =
         row |= _execute(run, keep_at)
     except OutputError:
         raise
-    except InputError as error:
-        row |= failed(str(error))
     except Exception as error:  # a crash of one run must not end the study: its row holds the error
         if isinstance(error, OSError) and error.errno in DISK_FULL:
             raise OutputError(f"{error.filename or socket.gethostname()}: {error.strerror}; free some space") from error
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        row |= failed(f"{type(error).__name__}: {error} ({Path(where.filename).name}:{where.lineno})")
+        row |= failed(_reason(error))
     return row | {"wall_s": time.perf_counter() - start}
+
+
+def _reason(error: Exception) -> str:
+    """Return the error of a run; that of a defect of luxloop is marked, and its traceback is printed."""
+    code, message = explain(error)
+    if code != ExitCode.INTERNAL:
+        return message
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    place = f"{Path(where.filename).name}:{where.lineno}"
+    if place not in _printed:
+        _printed.add(place)
+        traceback.print_exception(error)
+    return f"{INTERNAL_ERROR}{type(error).__name__}: {error} ({place})"
 
 
 def first_columns(run: StudyRun) -> RunRow:

@@ -25,7 +25,7 @@ import numpy as np
 
 from luxloop.sim.arrays import Floats
 from luxloop.sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
-from luxloop.sim.process.worker import Preload, Request, StartRun
+from luxloop.sim.process.worker import Preload, Request, StartRun, internal_error
 from luxloop.sim.source import (
     EgoCommand,
     SimulatorFailedError,
@@ -38,6 +38,8 @@ from luxloop.sim.source import (
 
 IDLE_PATIENCE_S = 10.0
 """Longest wait for the reply of an idle process [s]; a new one takes its place."""
+PYTHON_ERROR = 1
+"""Exit code of Python after an exception that nothing caught."""
 AHEAD = 4
 """Frames computed in advance: they even out steps of different duration at negligible memory."""
 
@@ -161,7 +163,10 @@ class ProcessSource(Generic[Start_co, Frame_co]):
                 self.report_start(replace(reply, process=process.number))
         except EOFError:
             reason, remedy = process.exit_reason()
+            trace = process.python_traceback()
             self._drop(process)
+            if trace:
+                raise internal_error(f"{self._name}'s process ended with an error of Python {when}", trace) from None
             raise SimulatorFailedError(f"{self._name}'s process died ({reason}) {when}; {remedy}") from None
         except StoppedError:
             self._drop(process)
@@ -267,11 +272,20 @@ class _Process:
         code = self._popen.poll()
         if code == -9:  # SIGKILL; Windows lacks the name
             return "signal 9", "it was killed, possibly out of memory; run it again, with less traffic if necessary"
-        self._stderr.seek(0)
-        lines = self._stderr.read().decode(errors="replace").split("\n")
+        lines = self._messages().split("\n")
         last_words = next((f"its last message: {line.strip()}; " for line in reversed(lines) if line.strip()), "")
         reason = f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
         return reason, last_words + "try the same input in the simulator itself"
+
+    def python_traceback(self) -> str:
+        """Return the traceback that ended the process, if one did: an error of luxloop, not of the simulator."""
+        _, head, trace = self._messages().rpartition("Traceback (most recent call last):")
+        return head + trace if head and self._popen.poll() == PYTHON_ERROR else ""
+
+    def _messages(self) -> str:
+        """Return what the process printed on standard error."""
+        self._stderr.seek(0)
+        return self._stderr.read().decode(errors="replace")
 
     def terminate(self) -> None:
         """Kill the process if it is alive, and remove its scratch folder.

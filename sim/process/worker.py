@@ -199,6 +199,11 @@ def _attempt(call: Callable[[], object]) -> object:
     except (TrafficError, OSError) as error:
         return error
     except Exception as error:
-        failure = RuntimeError(f"{type(error).__name__} in the traffic process: {error}")
-        failure.add_note(traceback.format_exc())
-        return failure
+        return internal_error(f"{type(error).__name__} in the traffic process: {error}", traceback.format_exc())
+
+
+def internal_error(message: str, trace: str) -> RuntimeError:
+    """Return the error of a bug in this process, with its traceback as a note."""
+    failure = RuntimeError(message)
+    failure.add_note(trace)
+    return failure

@@ -12,6 +12,7 @@ import numpy as np
 
 from luxloop.sim.arrays import Floats
 from luxloop.sim.obstacles import Prism
+from luxloop.sim.optional_packages import install_command
 from luxloop.sim.replay.commonroad_checks import require_plausible_numbers
 from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from luxloop.sim.source import TrafficInputError
@@ -51,7 +52,8 @@ def read_commonroad(path: Path, types: Mapping[str, ReplayType]) -> Recording:
             warnings.simplefilter("ignore", DeprecationWarning)
             from commonroad.common.file_reader import CommonRoadFileReader
     except ImportError as error:
-        raise TrafficInputError("a CommonRoad file needs commonroad-io; install luxloop[commonroad]") from error
+        remedy = install_command("commonroad")
+        raise TrafficInputError(f"a CommonRoad file needs commonroad-io, which is not installed: {remedy}") from error
     require_plausible_numbers(path)
     try:
         with warnings.catch_warnings(), redirect_stderr(StringIO()), redirect_stdout(StringIO()):

@@ -9,6 +9,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from luxloop.sim.missing_file import missing_file
+from luxloop.sim.optional_packages import install_command
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.sumo.input_checks import scratch_file
 from luxloop.sim.sumo.options import is_rejected
@@ -75,7 +76,7 @@ def _netconvert() -> tuple[str, str]:
     if installed := shutil.which("netconvert"):
         return installed, ""
     raise TrafficInputError(
-        "an OpenDRIVE net needs netconvert of eclipse-sumo, which is not installed: pip install 'luxloop[opendrive]'"
+        f"an OpenDRIVE net needs netconvert of eclipse-sumo, which is not installed: {install_command('opendrive')}"
     )
 
 

@@ -61,7 +61,7 @@ def test_the_tracker_is_the_one_of_the_documentation():
 def test_the_cache_has_kernels_and_packages_in_one_entry(steps):
     (cache,) = [step["with"] for step in steps if step.get("uses", "").startswith("actions/cache@")]
     assert cache["path"].split() == [".venv", ".numba"]
-    assert "hashFiles('pyproject.toml')" in cache["key"]
+    assert "hashFiles('pyproject.toml', 'requirements.txt')" in cache["key"]
 
 
 def test_commands_of_the_workflow_run_and_the_second_push_is_the_same(steps, clone):

@@ -7,12 +7,11 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 import pytest
 from support import short_run, warm_process
-from support.breaking_traffic import BreakingTraffic
+from support.breaking_traffic import break_at
 from support.processes import children_of, is_dead, until
 
 from luxloop.scenarios.cli import main
@@ -216,11 +215,6 @@ def test_an_expectation_on_a_metric_without_a_value_fails(capfd):
     assert "mma.switch_latency_frames  n/a, not <= 1000  no followed vehicle changed its mode\n" in out
 
 
-def break_at(frame, error, monkeypatch):
-    """End scripted traffic with an error at a frame."""
-    monkeypatch.setattr("luxloop.sim.factory.ScriptedSource", partial(BreakingTraffic, frame, error))
-
-
 ENDS = pytest.mark.parametrize(
     ("error", "code"), [(TrafficEndedError("the ego left"), 1), (SimulatorFailedError("it gave\n  up."), 3)]
 )
@@ -342,20 +336,6 @@ def test_ctrl_c_after_the_folder_is_whole_names_it(monkeypatch, capfd):
     assert run_folder.read(whole).frames == short_run.FRAMES
 
 
-@pytest.mark.parametrize(
-    ("option", "kind", "message"),
-    [("--no-ahead", ZeroDivisionError, None), ("--ahead", RuntimeError, "ZeroDivisionError in the traffic process")],
-)
-def test_an_unknown_error_keeps_its_traceback(option, kind, message, monkeypatch):
-    """A defect of luxloop itself; an exception of a tracker is one line."""
-    break_at(3, ZeroDivisionError(), monkeypatch)
-    short_run.write(Path())
-    before = tree()
-    with pytest.raises(kind, match=message):
-        main(["run", "short.toml", option])
-    assert tree() == before
-
-
 def test_view_needs_a_run(capfd):
     assert main(["view", "nowhere"]) == 2
     assert "no result.json of a run in it" in capfd.readouterr().err
@@ -458,7 +438,7 @@ def test_the_simulator_of_a_killed_run_ends_and_no_result_is_left(tmp_path):
 @contextmanager
 def running(*arguments):
     """Yield `luxloop run` in a process group of its own, once it has recorded frames."""
-    with warm_process.started("scenarios", "run", *arguments) as run:
+    with warm_process.started("luxloop", "run", *arguments) as run:
         until(lambda: any(path.stat().st_size > 300_000 for path in Path().glob(".*.partial/recording.rrd")))
         yield run
 

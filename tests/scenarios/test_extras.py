@@ -10,6 +10,7 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.commands.extras import EXTRAS
+from luxloop.sim.optional_packages import install_command
 
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OPTIONAL = {
@@ -56,8 +57,8 @@ sys.exit(max(codes))
 @pytest.mark.parametrize(("extra", "absent"), [(extra, name) for extra in COMMANDS for name in EXTRAS[extra]])
 def test_a_command_names_the_extra_that_it_needs(folder, extra, absent):
     run = luxloop({absent}, COMMANDS[extra])
-    remedy = f"pip install 'luxloop[{extra}]'"
-    line = f"luxloop: error: luxloop {COMMANDS[extra][0]} needs {absent}, which is not installed: {remedy}\n"
+    missing = f"luxloop {COMMANDS[extra][0]} needs {absent}, which is not installed"
+    line = f"luxloop: error: {missing}: {install_command(extra)}\n"
     assert (run.returncode, run.stdout, run.stderr) == (2, "", line)
     assert list(folder.iterdir()) == []
 
@@ -68,7 +69,7 @@ def test_a_commonroad_file_names_the_extra_that_it_needs(folder):
     run = luxloop({"commonroad"}, ["run", "a.toml", "--no-ahead"])  # a traffic process has the package
     assert (run.returncode, run.stdout) == (2, "")
     assert run.stderr.startswith("luxloop: error: a.toml: traffic: ")
-    assert "luxloop[commonroad]" in run.stderr
+    assert f"which is not installed: {install_command('commonroad')}" in run.stderr
     assert run.stderr.count("\n") == 1
 
 

@@ -219,3 +219,27 @@ def test_a_suite_without_seeds_is_refused(folder, count):
     run = session(folder, "--luxloop-seeds", count)
     assert run.code == pytest.ExitCode.USAGE_ERROR
     assert f"'{count}' should be a whole number, 1 or more" in run.out
+
+
+DEFECT = """\
+from luxloop.scenarios.grading.grader import Grader
+
+def fail(*_):
+    raise ZeroDivisionError("planted")
+
+Grader.add = fail
+"""
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "1")])
+def test_a_defect_of_luxloop_is_an_error_of_the_test_and_no_failure(tmp_path, workers):
+    (tmp_path / "pytest.ini").write_text("[pytest]\n")
+    (tmp_path / "conftest.py").write_text(DEFECT)
+    short_run.write(tmp_path)
+    run = session(tmp_path, "--luxloop-report", "luxloop.html", *workers)
+    (case,) = run.cases.values()
+    assert case.find("failure") is None
+    assert "ZeroDivisionError: planted" in case.find("error").text
+    assert "1 error in" in run.out
+    assert "this is a defect of luxloop: report it with the traceback above" in run.out
+    assert "ZeroDivisionError: planted" in (tmp_path / "luxloop.html").read_text()

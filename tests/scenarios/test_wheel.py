@@ -1,22 +1,20 @@
 """The wheel, installed outside the checkout: its files, the commands, the examples and the catalog as tests."""
 
 import json
-import os
 import shutil
 import subprocess
 import sys
-import sysconfig
+import tarfile
 import venv
 import zipfile
 from pathlib import Path
 
 import pytest
+from support.installed import FOLDERS, INSTALLED, copy_kernels, run_checked
+from support.paths import EXAMPLES, ROOT
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).parents[2]
-FOLDERS = ("scenarios", "sensor_model", "sim", "tracker")
-EXAMPLES = ROOT / "docs" / "examples"
 MINE = """\
 from luxloop.tracker.tracker import Tracker
 class MyTracker(Tracker): ...
@@ -25,10 +23,14 @@ class MyTracker(Tracker): ...
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """A wheel of the checkout, built without network."""
-    folder = tmp_path_factory.mktemp("dist")
-    options = ["--no-deps", "--no-index", "--no-build-isolation", "--wheel-dir", str(folder)]
-    run_checked([sys.executable, "-m", "pip", "wheel", str(ROOT), *options], folder)
+    """A wheel of the checkout."""
+    return wheel_of(ROOT, tmp_path_factory.mktemp("dist"))
+
+
+def wheel_of(source: Path, folder: Path) -> Path:
+    """Build a wheel of a source tree or archive without network, and return its path."""
+    options = ["--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
+    run_checked([sys.executable, "-m", "pip", "wheel", str(source), *options], folder)
     (built,) = folder.glob("luxloop-*.whl")
     return built
 
@@ -39,12 +41,14 @@ def binaries(wheel, tmp_path_factory):
     folder = tmp_path_factory.mktemp("venv")
     venv.create(folder, with_pip=False)
     python = folder / "bin" / "python"
-    options = ["--no-deps", "--no-index", str(wheel)]
-    run_checked([sys.executable, "-m", "pip", "--python", str(python), "install", *options], folder)
-    # A folder that is named in a .pth file is searched last, and .pth files in it are not read.
-    installed = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
     (here,) = folder.glob("lib/python*/site-packages")
-    (here / "installed.pth").write_text("\n".join(installed) + "\n", encoding="utf-8")
+    assert list(here.iterdir()) == []
+    run_checked([sys.executable, "-m", "pip", "--python", str(python), "install", "--no-deps", str(wheel)], folder)
+    metadata = f"{wheel.name.partition('-py3')[0]}.dist-info"
+    assert {path.name for path in here.iterdir()} == {"luxloop", metadata}
+    copy_kernels(here)
+    # A folder that is named in a .pth file is searched last, and .pth files in it are not read.
+    (here / "installed.pth").write_text(INSTALLED.replace(":", "\n") + "\n", encoding="utf-8")
     return python.parent
 
 
@@ -60,14 +64,6 @@ def folder(tmp_path_factory):
     return folder
 
 
-def run_checked(command: list[str], folder: Path) -> str:
-    """Run a command in a folder, without the Python path of the tests; return its standard output."""
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "PYTHON"))}
-    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    assert run.returncode == 0, f"{command}\n{run.stdout}\n{run.stderr}"
-    return run.stdout
-
-
 def test_the_wheel_has_every_file_of_the_packages(wheel):
     listed = subprocess.run(
         ["git", "ls-files", "luxloop", *FOLDERS], cwd=ROOT, capture_output=True, text=True, check=False
@@ -81,6 +77,20 @@ def test_the_wheel_has_every_file_of_the_packages(wheel):
     assert {name.partition("/")[0].partition("-")[0] for name in packed} == {"luxloop"}
 
 
+def test_a_wheel_of_the_source_archive_has_the_same_files(wheel, tmp_path):
+    """The folders in `luxloop/` are links in the checkout, and folders in the archive."""
+    program = "import sys, hatchling.build; hatchling.build.build_sdist(sys.argv[1])"
+    run_checked([sys.executable, "-c", program, str(tmp_path)], ROOT)
+    (archive,) = tmp_path.glob("luxloop-*.tar.gz")
+    with tarfile.open(archive) as packed:
+        assert not any(member.issym() or member.islnk() for member in packed)
+    again = wheel_of(archive, tmp_path)
+    first, second = (zipfile.ZipFile(path) for path in (wheel, again))
+    assert set(first.namelist()) == set(second.namelist())
+    own = [name for name in first.namelist() if name.startswith("luxloop/")]
+    assert all(first.read(name) == second.read(name) for name in own)
+
+
 def test_the_commands_run_outside_the_checkout(binaries, folder):
     luxloop = str(binaries / "luxloop")
     where = run_checked([str(binaries / "python"), "-c", "import luxloop; print(luxloop.__file__)"], folder)
@@ -90,6 +100,8 @@ def test_the_commands_run_outside_the_checkout(binaries, folder):
     assert "PASSED" in run_checked([luxloop, "run", "ring"], folder)
     run_checked([luxloop, "report", "runs/ring-seed1"], folder)
     assert (folder / "runs" / "ring-seed1.html").stat().st_size > 10_000
+    run_checked([luxloop, "new", "roundabout-v0", "--out", "mine.toml", "--duration", "5"], folder)
+    assert (folder / "mine.toml").is_file()
     assert json.loads(run_checked([luxloop, "schema"], folder))["title"] == "Scenario"
 
 
@@ -109,3 +121,11 @@ def test_the_catalog_runs_as_tests(binaries, folder):
     assert catalog.startswith(str(binaries.parent))
     options = ["-m", "full", "-k", "ring-clean", "-q", "-p", "no:cacheprovider"]  # no limit of it is known to fail
     assert "passed" in run_checked([str(binaries / "python"), "-m", "pytest", catalog, *options], folder)
+
+
+def test_pytest_runs_in_a_folder_with_packages_of_the_same_names(binaries, folder):
+    """pytest's plug-in must not be looked for in the user's `scenarios`."""
+    (folder / "cases").mkdir()
+    shutil.copy(EXAMPLES / "my-first.toml", folder / "cases")
+    options = ["cases", "-q", "-p", "no:cacheprovider", "--luxloop-tracker", "tracker/mine.py:MyTracker"]
+    assert "passed" in run_checked([str(binaries / "python"), "-m", "pytest", *options], folder)

@@ -1,5 +1,7 @@
 """Scripted traffic that ends with an error, also in a process of its own."""
 
+from functools import partial
+
 from luxloop.sim.scripted.scripted_source import ScriptedSource
 
 
@@ -15,3 +17,8 @@ class BreakingTraffic(ScriptedSource):
             raise self._error
         self._left -= 1
         return super().step()
+
+
+def break_at(frame, error, monkeypatch):
+    """End scripted traffic with an error at a frame."""
+    monkeypatch.setattr("luxloop.sim.factory.ScriptedSource", partial(BreakingTraffic, frame, error))

@@ -96,7 +96,7 @@ def run(module: str, *arguments: str, timeout: float = 300.0, **options):
 
 def luxloop(*arguments: str, **options):
     """Run `luxloop` in a forked process, see `run`."""
-    return run("scenarios", *arguments, **options)
+    return run("luxloop", *arguments, **options)
 
 
 @cache

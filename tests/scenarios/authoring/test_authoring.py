@@ -151,7 +151,7 @@ def commonroad_file(path):
 
 
 def test_commonroad(written, tmp_path, capfd):
-    pytest.importorskip("commonroad", reason="the extra luxloop[commonroad] is not installed")
+    pytest.importorskip("commonroad", reason="the extra commonroad is not installed")
     commonroad_file(tmp_path / "road.xml")
     scenario, _ = written(tmp_path / "road.xml", duration="3")
     assert (scenario.traffic.kind, scenario.traffic.ego) == ("replay", "1")
@@ -174,7 +174,7 @@ def test_the_file_says_what_was_chosen_and_that_limits_are_defaults(written):
     assert scenario.expect["track.id_switches_in_view"].max == 1
 
 
-def test_an_ego_that_a_car_hits_fails_the_limits_of_a_new_file(written, tmp_path, capfd):
+def test_an_ego_that_a_car_hits_is_refused_since_its_own_limit_would_fail(tmp_path, capfd):
     """A car that can hardly brake drives into an ego that waits at the side of its lane."""
     steady = 'sigma="0" speedDev="0"'
     (tmp_path / "hit.rou.xml").write_text(f"""<routes><vType id="steady" {steady}/>
@@ -187,9 +187,14 @@ def test_an_ego_that_a_car_hits_fails_the_limits_of_a_new_file(written, tmp_path
         <vehicle id="hitter" type="blind" depart="0.5" departPos="60" departLane="1" departSpeed="10"
             insertionChecks="none"><route edges="east_in west_out"/></vehicle></routes>""")
     shutil.copy(CROSSING / "crossing.net.xml", tmp_path)
-    scenario, _ = written(tmp_path / "crossing.net.xml", "--ego", "ego", "--begin", "0", "--window", "8")
-    assert main(["run", str(scenario.path), "--json", "--no-recording", "--out", str(tmp_path / "run")]) == 1
-    assert "sim.ego_collisions" in json.loads(capfd.readouterr().out)["failed"]
+    out = tmp_path / "new.toml"
+    options = ["--ego", "ego", "--begin", "0", "--window", "8", "--duration", "4", "--out", str(out)]
+    assert main(["new", str(tmp_path / "crossing.net.xml"), *options]) == 2
+    err = capfd.readouterr().err
+    assert "the limits that the file would have fail in all 1 choices of ego and window" in err
+    assert "sim.ego_collisions = 1, limit <= 0" in err
+    assert err.endswith("choose another --ego, --want, --begin or --window, or repair the traffic\n")
+    assert not out.exists()
 
 
 def test_the_window_has_as_many_neighbours_as_it_says(written):
@@ -416,6 +421,19 @@ def test_routes_replace_trips_types_come_first_and_signal_programs_are_left_out(
     assert found.routes == ["z.types.xml", "a.rou.xml", "b.trips.xml"]
     assert found.additional == ["a.add.xml"]
     assert [name.partition(":")[0] for name in found.left_out] == ["a.trips.xml", "tls.add.xml"]
+
+
+def test_of_the_two_files_of_random_trips_the_routes_are_taken_and_the_other_is_named(tmp_path):
+    """randomTrips.py writes trips.trips.xml, and with -r the same vehicles with routes, into routes.rou.xml."""
+    (tmp_path / "a.net.xml").write_text("<net/>")
+    ids = range(3)
+    trips = "".join(f'<trip id="{n}" depart="{n}.00" from="a" to="b"/>' for n in ids)
+    routed = "".join(f'<vehicle id="{n}" depart="{n}.00"><route edges="a b"/></vehicle>' for n in ids)
+    (tmp_path / "trips.trips.xml").write_text(f"<routes>{trips}</routes>")
+    (tmp_path / "routes.rou.xml").write_text(f"<routes>{routed}</routes>")
+    found = files_beside(tmp_path / "a.net.xml")
+    assert found.routes == ["routes.rou.xml"]
+    assert found.left_out == ["trips.trips.xml: its vehicles have the same ids as those of routes.rou.xml"]
 
 
 def test_a_written_file_is_read_back():

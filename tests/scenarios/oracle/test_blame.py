@@ -1,18 +1,20 @@
 """Blame: a fault planted into a stage is attributed to this stage by the metrics that should detect it."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from support import busy_street, faulty_stages, short_run
 
 from luxloop.scenarios.cli import main
+from luxloop.scenarios.compare.stage_costs import stage_costs
 from luxloop.scenarios.grading.metric_names import METRICS
 from luxloop.scenarios.oracle.device_choice import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
-from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, find_out
+from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, StageCost, find_out
 from luxloop.scenarios.report import text as report
-from luxloop.scenarios.report.blame_tables import OWN_DRIVES, blame_report
+from luxloop.scenarios.report.blame_tables import OWN_DRIVES, answer, blame_report
 from luxloop.scenarios.run import loop
 from luxloop.sim.scripted.scripted_source import ScriptedSource
 from luxloop.sim.source import TrafficEndedError
@@ -82,11 +84,13 @@ def test_every_blame_metric_is_a_metric_with_a_direction():
 
 
 def test_the_report_has_a_row_for_each_stage_and_a_sentence_for_each_metric():
-    text = report.as_text(blame_report(busy_street.blamed()))
+    text = report.as_text(blame_report(busy_street.blamed(), stage_costs(busy_street.blamed())))
     assert max(map(len, text.splitlines())) <= report.WIDTH
     assert "…" not in text  # no column is too narrow for its title
-    for row in ("none", *Stage):
-        assert sum(line.startswith(f"{row} ") for line in text.splitlines()) == 3, row
+    first, *lines = text.splitlines()
+    assert " costs " in first
+    for row, tables in {"none": 3, **dict.fromkeys(Stage, 4)}.items():
+        assert sum(line.startswith(f"{row} ") for line in lines) == tables, row
     found, name = busy_street.blamed(), "fit.best.position_abs_mean_m"
     results = (found.shipped.metrics, found.by_truth[Stage.FIT], found.by_truth[Stage.OUTLIERS])
     shown = [f"{metrics[name].value:.3f}" for metrics in results]
@@ -95,6 +99,43 @@ def test_the_report_has_a_row_for_each_stage_and_a_sentence_for_each_metric():
     assert f"fit.best.heading_abs_mean_deg is {heading:.3f}: fit (0.000) costs most" in text
     assert "track.id_switches is 0: no stage's truth makes it better" in text
     assert OWN_DRIVES not in text
+
+
+def test_the_answer_is_the_largest_cost_with_its_interval():
+    found = busy_street.blamed()
+    costs = stage_costs(found)
+    assert [cost.value for cost in costs] == sorted((cost.value for cost in costs), reverse=True)
+    assert {cost.stage: cost.value for cost in costs} == {s: found.gain(s, METRIC["track.hota"]) for s in Stage}
+    for cost in costs:
+        low, high = cost.interval or (-1.0, 1.0)
+        assert low - 5e-4 <= cost.value <= high + 5e-4  # the value is rounded
+    first, *lines = report.as_text(blame_report(found, costs)).splitlines()
+    assert first.startswith(f"{costs[0].stage} costs {costs[0].value:.3f} HOTA")
+    assert "most of all stages" in first
+    assert lines[1].strip() == "Cost of each stage in HOTA"
+
+
+COST = StageCost(Stage.FIT, 0.046, (0.02, 0.07))
+
+
+@pytest.mark.parametrize(
+    ("costs", "line"),
+    [
+        ([COST], "fit costs 0.046 HOTA [0.020, 0.070], most of all stages"),
+        ([replace(COST, interval=(-0.02, 0.1))], "most of all stages, which may be chance"),
+        ([replace(COST, interval=None)], "most of all stages; no interval: too few vehicles, or a drive for each"),
+        ([replace(COST, value=0.0)], "No stage costs HOTA: the truth in the place of none of them improves its"),
+    ],
+)
+def test_the_answer_says_how_sure_it_is(costs, line):
+    assert line in answer(busy_street.blamed(), costs)
+
+
+def test_two_vehicles_have_no_interval_beyond_the_range_of_hota():
+    """The jackknife of two vehicles reaches beyond 1."""
+    found = find_out(busy_street.scenario(short_run.TEXT))
+    for cost in stage_costs(found):
+        assert cost.interval is None or -1.0 <= cost.interval[0] <= cost.interval[1] <= 1.0
 
 
 def test_json_output_contains_all_values_and_nothing_else(tmp_path, monkeypatch, capfd):
@@ -109,6 +150,7 @@ def test_json_output_contains_all_values_and_nothing_else(tmp_path, monkeypatch,
     assert found["by_truth"]["fit"]["fit.best.heading_abs_mean_deg"]["value"] < 1e-6
     assert found["ranking"]["fit.best.heading_abs_mean_deg"][0] == "fit"
     assert found["shipped"]["outliers.mirror.recall"]["reason"]
+    assert set(found["costs"]["track.hota"]) == set(Stage)
     assert sorted(path.name for path in Path().iterdir()) == ["short.toml"]
 
 

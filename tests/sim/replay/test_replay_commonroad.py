@@ -13,7 +13,7 @@ from luxloop.sim.replay.replay_source import ReplaySource
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Kind
 
-pytest.importorskip("commonroad", reason="the extra luxloop[commonroad] is not installed")
+pytest.importorskip("commonroad", reason="the extra commonroad is not installed")
 
 HEAD = """<?xml version="1.0" ?>
 <commonRoad timeStepSize="0.1" commonRoadVersion="2020a" author="" affiliation="" source="" benchmarkID="DEU_A-1_1_T-1"

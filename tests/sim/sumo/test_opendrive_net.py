@@ -94,7 +94,7 @@ def test_a_missing_netconvert_names_the_extra(tmp_path, monkeypatch):
     (tmp_path / "a.xodr").write_text("<OpenDRIVE/>", encoding="utf-8")
     monkeypatch.setitem(sys.modules, "sumo", None)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(TrafficInputError, match=r"pip install 'luxloop\[opendrive\]'"):
+    with pytest.raises(TrafficInputError, match=r"not installed: pip install 'eclipse-sumo.*>=1\.28"):
         converted(tmp_path, "a.xodr", {})
 
 
