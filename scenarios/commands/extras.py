@@ -12,8 +12,8 @@ EXTRAS = {
     "recordings": ("rosbags", "mcap", "mcap_ros2"),
     "league": ("stonesoup", "norfair"),
 }
-"""Modules by extra, as in `pyproject.toml`. `commonroad` is checked where it is imported, in `sim.replay`; `tests` and
-`docs` serve other programs than luxloop."""
+"""Modules by extra, as in `pyproject.toml`. `commonroad` is checked where it is imported, in `sim.commonroad`; `tests`
+and `docs` serve other programs than luxloop."""
 
 
 def require(command: str, extra: str) -> None:
@@ -28,3 +28,15 @@ def require(command: str, extra: str) -> None:
         if find_spec(package) is None:
             remedy = f"pip install 'luxloop[{extra}]'"
             raise InputError(f"luxloop {command} needs {package}, which is not installed: {remedy}")
+
+
+def require_of(command: str, plugin: object) -> None:
+    """Check that the packages of a plug-in of luxloop are installed; its `EXTRA` names their extra.
+
+    Raises
+    ------
+    InputError
+        A package is missing.
+    """
+    if extra := getattr(plugin, "EXTRA", ""):
+        require(command, extra)

@@ -4,6 +4,8 @@ from typing import Any
 
 import typer.core
 
+from luxloop.plugins import ABILITIES, formats_that
+
 
 class PlainHelp(typer.core.TyperCommand):
     """Command whose help may contain brackets, as in `[tracker]`; rich would take them for styles."""
@@ -16,3 +18,18 @@ class PlainHelp(typer.core.TyperCommand):
         for parameter in self.params:
             if isinstance(parameter, typer.core.TyperOption | typer.core.TyperArgument) and parameter.help:
                 parameter.help = escape(parameter.help)
+
+    def format_help(self, *arguments: Any) -> None:
+        """Write the help, with the file formats that are found in place of `{read_boxes}` and the like."""
+        for parameter in self.params:
+            if isinstance(parameter, typer.core.TyperOption) and parameter.help:
+                parameter.help = _with_formats(parameter.help)
+        super().format_help(*arguments)
+
+
+def _with_formats(text: str) -> str:
+    for ability in ABILITIES:
+        place = f"{{{ability}}}"
+        if place in text:
+            text = text.replace(place, ", ".join(formats_that(ability)))
+    return text
