@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
+from luxloop.plugins import PluginError, PluginGroup
 from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.run.containment import contained
 from luxloop.scenarios.run.process_tracker import PREFIX, ProcessFactory
@@ -19,12 +20,16 @@ from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.tracker import TrackerConfig
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 SHIPPED = "luxloop.tracker.tracker:Tracker"
+REFERENCE = "shipped"
+"""Name of the shipped tracker among `TRACKERS`."""
 
 OLD_PACKAGES = ("scenarios", "sensor_model", "sim", "tracker")
 """Top-level packages of version 0.1, which are in `luxloop` now."""
+
+FORMS = f"MODULE:NAME or FILE.py:NAME, as in {SHIPPED}, or process:COMMAND"
 
 _file_of_module: dict[str, Path] = {}
 """Files that trackers were loaded from, by the name of the module made of each."""
@@ -58,8 +63,16 @@ DeviceFactory = Callable[[TrackerConfig], Device]
 the kernels before the clock starts."""
 
 
+def _wanted(_name: str, found: Any) -> str:
+    return "" if callable(found) else "a class or function that takes a TrackerConfig"
+
+
+TRACKERS = PluginGroup("luxloop.trackers", _wanted, core={REFERENCE: Tracker})
+"""Trackers by name, each a `DeviceFactory`."""
+
+
 def load(spec: str) -> DeviceFactory:
-    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`, or start `process:COMMAND`.
+    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`, start `process:COMMAND`, or take one of `TRACKERS`.
 
     `MODULE` may be in the current folder, `FILE.py` may import modules of its own folder. Both folders are searched
     after all installed packages.
@@ -72,19 +85,23 @@ def load(spec: str) -> DeviceFactory:
     """
     if spec.startswith(PREFIX):
         return ProcessFactory(spec.removeprefix(PREFIX))
+    if is_name(spec):
+        return _load_plugin(spec)
     place, _, name = spec.rpartition(":")
     is_file = place.endswith(".py")
     if not (place and name) or (place.startswith(".") and not is_file):
-        forms = f"MODULE:NAME or FILE.py:NAME, as in {SHIPPED}, or process:COMMAND"
-        raise DeviceError(f"--tracker {spec}: should be {forms}")
+        raise DeviceError(f"--tracker {spec}: should be {FORMS}")
     module = _load_file(Path(place), spec) if is_file else _load_module(place, spec)
     factory: Any = getattr(module, name, None)
     if not callable(factory):
         problem = "is not callable" if hasattr(module, name) else "is not there"
         raise DeviceError(f"--tracker {spec}: {name} {problem} in {place}; name a class with step(scan)")
-    if hasattr(factory, "see_truth"):
-        raise DeviceError(f"--tracker {spec}: see_truth would receive the ground truth; a tracker has no such method")
-    return factory  # type: ignore[no-any-return]
+    return _without_truth(factory, spec)
+
+
+def is_name(spec: str) -> bool:
+    """Return True for the name of a plug-in, which has no colon."""
+    return ":" not in spec and not spec.startswith(".")
 
 
 def absolute(spec: str) -> str:
@@ -116,6 +133,22 @@ def show_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
     """Pass the ground truth of the next scan to an oracle; a tracker does not receive it."""
     if hasattr(type(device), "see_truth"):
         device.see_truth(frame, truth)  # type: ignore[attr-defined]
+
+
+def _load_plugin(name: str) -> DeviceFactory:
+    if name not in TRACKERS.names():
+        raise DeviceError(f"--tracker {name}: should be {FORMS}, or one of {', '.join(TRACKERS.names())}")
+    try:
+        with contained():
+            return _without_truth(TRACKERS.load(name), name)
+    except PluginError as error:
+        raise DeviceError(f"--tracker {name}: {error}") from error
+
+
+def _without_truth(factory: Any, spec: str) -> DeviceFactory:
+    if hasattr(factory, "see_truth"):
+        raise DeviceError(f"--tracker {spec}: see_truth would receive the ground truth; a tracker has no such method")
+    return factory  # type: ignore[no-any-return]
 
 
 def _load_module(module_name: str, spec: str) -> ModuleType:

@@ -34,7 +34,7 @@ OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = (
 )
 """Order of expectations in a list."""
 
-IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+")
+IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+|[\w-]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
 
 SHOWN, SEARCHED = 3, 200
