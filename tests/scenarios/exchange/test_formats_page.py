@@ -4,6 +4,9 @@ import re
 import shlex
 
 import pytest
+
+pytest.importorskip("betterosi", reason="the extra luxloop[osi] is not installed")
+
 from mcap.reader import make_reader
 from support.paths import ROOT
 
