@@ -39,7 +39,7 @@ from luxloop.scenarios.commands import (
 )  # fmt: skip
 from luxloop.scenarios.commands.error_line import print_error
 from luxloop.scenarios.commands.internal_error import print_internal_error
-from luxloop.scenarios.commands.plain_help import PlainHelp
+from luxloop.scenarios.commands.plain_help import FormatHelp, PlainHelp
 from luxloop.scenarios.errors import Interrupted
 from luxloop.scenarios.exit_codes import ExitCode, explain
 from luxloop.scenarios.files import completed, full_disk
@@ -97,7 +97,7 @@ app = typer.Typer(
 )
 for group, commands in COMMANDS.items():
     for name, (command, line) in commands.items():
-        app.command(name, short_help=line, rich_help_panel=group)(command)
+        app.command(name, cls=FormatHelp, short_help=line, rich_help_panel=group)(command)
 
 COMPLETION = "_LUXLOOP_COMPLETE"
 """Variable by which a shell asks for completions; Typer prints them and leaves by SystemExit."""

@@ -10,13 +10,13 @@ from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files import shipped
 from luxloop.sim.highway.environment import environments
 from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.replay.recording_files import recording_roots
 from luxloop.sim.replay.replay_config import ENDINGS, ReplayTraffic
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.sumo.sumo_config import SumoTraffic
 from luxloop.sim.xml_root import root_element
 
 CONFIGURATIONS = ("sumoConfiguration", "configuration")
-RECORDINGS = ("fcd-export", "commonRoad")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +90,12 @@ def _read(source: str, routes: Sequence[Path]) -> TrafficInput:
     root = root_of(path)
     if root in CONFIGURATIONS:
         return TrafficInput(SumoTraffic(config=path.name), path.parent, name)
-    if root in RECORDINGS and path.name.endswith(ENDINGS):
-        return TrafficInput(ReplayTraffic(file=path.name, ego=""), path.parent, name)
     if root != "net":
+        recordings = recording_roots()
+        if root in recordings and path.name.endswith(ENDINGS):
+            return TrafficInput(ReplayTraffic(file=path.name, ego=""), path.parent, name)
         raise InputError(
-            f"{source}: its root is <{root}>; give a SUMO net, a .sumocfg, a recording ({', '.join(RECORDINGS)}), "
+            f"{source}: its root is <{root}>; give a SUMO net, a .sumocfg, a recording ({', '.join(recordings)}), "
             "or the id of an environment of highway-env"
         )
     found = files_beside(path, routes)

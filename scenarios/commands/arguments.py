@@ -59,7 +59,7 @@ Tracker = Annotated[
     str | None,
     typer.Option(
         metavar="MODULE:NAME",
-        help="The device under test: MODULE:NAME, FILE.py:NAME or process:COMMAND; else the shipped tracker.",
+        help="The tracker: MODULE:NAME, FILE.py:NAME, process:COMMAND or the name of a plug-in; else the shipped one.",
     ),
 ]
 StepTimeout = Annotated[

@@ -13,8 +13,8 @@ EXTRAS = {
     "recordings": ("rosbags", "mcap", "mcap_ros2"),
     "league": ("stonesoup", "norfair"),
 }
-"""Modules by extra, as in `pyproject.toml`. `commonroad` is checked where it is imported, in `sim.replay`; `tests` and
-`docs` serve other programs than luxloop."""
+"""Modules by extra, as in `pyproject.toml`. `commonroad` is checked where it is imported, in `sim.commonroad`; `tests`
+and `docs` serve other programs than luxloop."""
 
 
 def require(command: str, extra: str) -> None:
@@ -29,3 +29,15 @@ def require(command: str, extra: str) -> None:
         if find_spec(package) is None:
             missing = f"luxloop {command} needs {package}, which is not installed"
             raise InputError(f"{missing}: {install_command(extra)}")
+
+
+def require_of(command: str, plugin: object) -> None:
+    """Check that the packages of a plug-in of luxloop are installed; its `EXTRA` names their extra.
+
+    Raises
+    ------
+    InputError
+        A package is missing.
+    """
+    if extra := getattr(plugin, "EXTRA", ""):
+        require(command, extra)

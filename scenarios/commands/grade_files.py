@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from luxloop.scenarios.commands.arguments import finite
-from luxloop.scenarios.commands.extras import require
+from luxloop.scenarios.commands.extras import require_of
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_grading import BoxLimits
-    from luxloop.scenarios.exchange.file_formats import Format
 
-FORMAT_HELP = "Its format: csv, parquet, kitti, nuscenes, mcap, osi; recognised if left out."
+FORMAT_HELP = "Its format: {read_boxes}; recognised if left out."
 TruthFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
 TracksFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
 RangeMax = Annotated[
@@ -100,15 +99,11 @@ def _limits(given: Limits) -> "BoxLimits":
     )
 
 
-def _format(option: str, name: str | None, path: Path) -> "Format":
-    """Return a format by its name, or that of the content; MCAP and OSI need their packages."""
-    from luxloop.scenarios.errors import InputError
-    from luxloop.scenarios.exchange.file_formats import FORMATS, recognise
+def _format(option: str, name: str | None, path: Path) -> str:
+    """Return the name of a format, by default that of the content; its packages are installed."""
+    from luxloop.scenarios.exchange.file_formats import recognise
+    from luxloop.scenarios.files.format_option import format_named
 
-    found = next((known for known in FORMATS if known == name), None)
-    if name is not None and found is None:
-        raise InputError(f"{option} {name}: is none of {', '.join(FORMATS)}")
-    found = found or recognise(path)
-    if found in ("mcap", "osi"):
-        require("grade", found)
-    return found
+    name = name or recognise(path)
+    require_of("grade", format_named(option, name, "read_boxes"))
+    return name

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from luxloop.scenarios.commands.arguments import finite
-from luxloop.scenarios.commands.extras import require
+from luxloop.scenarios.commands.extras import require_of
 
 if TYPE_CHECKING:
     from luxloop.scenarios.recordings.ego_mount import EgoMount
@@ -19,7 +19,7 @@ def import_(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the recorded scans.")],
     format_name: Annotated[
         str | None,
-        typer.Option("--format", help="rosbag, mcap, pcd, bin, ouster or lux; by the names of the files if left out."),
+        typer.Option("--format", help="One of {open_recording}; by the names of the files if left out."),
     ] = None,
     rig: Annotated[str | None, typer.Option(metavar="FILE", help="Rig file with the mounts of the LIDARs.")] = None,
     mount: Annotated[
@@ -88,8 +88,7 @@ def import_(
     from luxloop.scenarios.recordings.truth_option import TruthOption
 
     chosen = format_of(files, format_name)
-    if chosen in ("rosbag", "mcap", "ouster"):  # ouster-sdk imports rosbags
-        require("import", "recordings")
+    require_of("import", chosen)
     rig_model, mounts = _mounts(rig, mount or [])
     options = ImportOptions(
         mounts=tuple(mounts),

@@ -43,7 +43,6 @@ def league(
 
     Exit code: 0 if all runs have a result, 1 if a tracker or the traffic failed in one; its row names the error.
     """
-    require("league", "league")
     import json
 
     from luxloop.scenarios.league import league_page, league_tables
@@ -55,7 +54,10 @@ def league(
     from luxloop.scenarios.report import text
 
     wanted = [] if trackers is None else trackers.split(",")
-    entrants = tuple(each.name for each in chosen(wanted))
+    trackers_chosen = chosen(wanted)
+    for extra in filter(None, dict.fromkeys(each.extra for each in trackers_chosen)):
+        require("league", extra)
+    entrants = tuple(each.name for each in trackers_chosen)
     request = Request(tuple(scenarios or SCENARIOS), _seeds(seeds), duration, entrants)
     todo = drives(request.scenarios, request.seeds, duration, wanted, out)
     refuse_other_files(out)

@@ -1,8 +1,10 @@
-"""Help of the program: its commands in groups, a line each."""
+"""Help of the program, its commands in groups, a line each; and of commands that read files."""
 
 from typing import Any
 
 import typer.core
+
+from luxloop.plugins import ABILITIES, formats_that
 
 
 class PlainHelp(typer.core.TyperGroup):
@@ -23,3 +25,22 @@ class PlainHelp(typer.core.TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write nothing after the options: the commands are above them."""
+
+
+class FormatHelp(typer.core.TyperCommand):
+    """Command whose help names the file formats that are found, in place of `{read_boxes}` and the like."""
+
+    def format_help(self, *arguments: Any) -> None:
+        """Write the help."""
+        for parameter in self.params:
+            if isinstance(parameter, typer.core.TyperOption) and parameter.help:
+                parameter.help = _with_formats(parameter.help)
+        super().format_help(*arguments)
+
+
+def _with_formats(text: str) -> str:
+    for ability in ABILITIES:
+        place = f"{{{ability}}}"
+        if place in text:
+            text = text.replace(place, ", ".join(formats_that(ability)))
+    return text

@@ -18,14 +18,15 @@ TRACK_HEIGHT_M = 1.5
 """Height of the boxes of tracks; the tracker estimates none."""
 
 
-class Exporter(Protocol):
-    """Writer of one format."""
+class RunFormat(Protocol):
+    """Format of exported runs, a plug-in of the group `luxloop.formats`."""
 
-    def __call__(self, run: RecordedRun, folder: Path) -> None:
+    def export(self, run: RecordedRun, folder: Path) -> None:
         """Write the whole run into an empty folder."""
+        ...
 
 
-def write_folder(run: RecordedRun, out: Path, exporter: Exporter) -> None:
+def write_folder(run: RecordedRun, out: Path, format_: RunFormat) -> None:
     """Write a run into a new folder, which appears as a whole or not at all.
 
     Raises
@@ -36,7 +37,7 @@ def write_folder(run: RecordedRun, out: Path, exporter: Exporter) -> None:
     run.refuse_to_write_to(out)
     with atomic_folder.create(out, "--out", _refuse_existing) as folder:
         try:
-            exporter(run, folder)
+            format_.export(run, folder)
         except OSError as error:
             raise atomic_folder.cannot_write(out, "--out", error) from error
 

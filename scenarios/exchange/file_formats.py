@@ -2,46 +2,63 @@
 
 import codecs
 from pathlib import Path
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Protocol
 
+from luxloop.plugins import formats_that
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.exchange.box_table import BoxTable
 from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.files.format_option import format_named
 
-Format = Literal["csv", "parquet", "kitti", "nuscenes", "mcap", "osi"]
-FORMATS: tuple[Format, ...] = get_args(Format)
-ENDINGS: dict[str, Format] = {
-    ".csv": "csv", ".parquet": "parquet", ".txt": "kitti", ".json": "nuscenes", ".mcap": "mcap"
-}  # fmt: skip
+if TYPE_CHECKING:
+    from luxloop.scenarios.exchange.box_table import BoxTable
+
 HEAD_BYTES = 2048
-OSI_METADATA = b"net.asam.osi.trace"
-"""Name of the metadata record that makes an MCAP file an OSI trace; traces of OSI's libraries start with it."""
-KITTI_FIELDS = 17
 
 
-def recognise(path: Path) -> Format:
-    """Return the format of a file, or of a folder of nuScenes tables or KITTI sequences.
+class BoxFormat(Protocol):
+    """Format of true boxes or tracks, a plug-in of the group `luxloop.formats`."""
+
+    BOX_SUFFIXES: tuple[str, ...]
+    """Endings of names, such as ".csv", of files whose content shows no format."""
+
+    def shows_boxes(self, path: Path, head: bytes) -> bool:
+        """Return True if a file, by its first `HEAD_BYTES`, or a folder (with an empty head) is of this format."""
+        ...
+
+    def read_boxes(self, path: Path, role: Role) -> "list[BoxTable]":
+        """Return the boxes of a file, once for each frame of reference that it has.
+
+        Raises
+        ------
+        TracksError
+            The file cannot be read, or is not valid. The message names the file, the row, the value and the remedy.
+        """
+        ...
+
+
+def recognise(path: Path) -> str:
+    """Return the name of the format of a file or folder.
 
     Raises
     ------
     TracksError
-        The file cannot be read, or is of no known format.
+        The file cannot be read, or is of no known format or of several.
     """
-    if path.is_dir():
-        return _of_folder(path)
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(HEAD_BYTES)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise TracksError(f"{path}: cannot be read ({reason}); give an existing file") from error
-    found = _of_content(head) or ENDINGS.get(path.suffix.lower())
-    if found is None:
-        raise TracksError(f"{path}: no known format; name it with --truth-format or --tracks-format")
-    return found
+    formats: dict[str, BoxFormat] = formats_that("read_boxes")
+    is_folder = path.is_dir()
+    head = b"" if is_folder else _head(path)
+    found = [name for name, known in formats.items() if known.shows_boxes(path, head)]
+    if not found and not is_folder:
+        found = [name for name, known in formats.items() if path.suffix.lower() in known.BOX_SUFFIXES]
+    if len(found) == 1:
+        return found[0]
+    what = f"may be of the formats {', '.join(found)}" if found else "no known format"
+    if is_folder and not found:
+        raise TracksError(f"{path}: a folder of {what} of {', '.join(formats)}; give the file with the boxes")
+    raise TracksError(f"{path}: {what}; name it with --truth-format or --tracks-format")
 
 
-def read(path: Path, role: Role, file_format: Format | None = None) -> list[BoxTable]:
+def read(path: Path, role: Role, format_name: str | None = None) -> "list[BoxTable]":
     """Return the boxes of a file, once for each frame of reference that it has.
 
     Raises
@@ -49,62 +66,34 @@ def read(path: Path, role: Role, file_format: Format | None = None) -> list[BoxT
     TracksError
         The file cannot be read, or is not valid.
     """
-    file_format = file_format or recognise(path)
-    if file_format == "kitti":
-        from luxloop.scenarios.exchange import kitti_folder, kitti_labels
-
-        return [kitti_labels.read(kitti_folder.sequence(path, role) if path.is_dir() else path)]
-    if file_format == "nuscenes":
-        from luxloop.scenarios.exchange import nuscenes_results, nuscenes_tables
-
-        return [nuscenes_tables.read(path) if path.is_dir() else nuscenes_results.read(path)]
-    if file_format == "osi":
-        from luxloop.scenarios.exchange.osi import trace_boxes
-
-        return trace_boxes.read(path, role)
-    if file_format == "mcap":
-        from luxloop.scenarios.exchange import mcap_boxes
-
-        return mcap_boxes.read(path, role)
-    from luxloop.scenarios.exchange import tabular_boxes
-
-    return tabular_boxes.read(path, parquet=file_format == "parquet")
+    known: BoxFormat = format_named(f"--{role}-format", format_name or recognise(path), "read_boxes")
+    return known.read_boxes(path, role)
 
 
-def _of_folder(path: Path) -> Format:
-    from luxloop.scenarios.exchange import kitti_folder, nuscenes_tables
-
-    if nuscenes_tables.folder_of_tables(path):
-        return "nuscenes"
-    if kitti_folder.is_kitti(path):
-        return "kitti"
-    raise TracksError(
-        f"{path}: a folder without {nuscenes_tables.ANNOTATIONS} of nuScenes and without "
-        f"{kitti_folder.LABELS[0]} of KITTI; give the file with the boxes"
-    )
-
-
-def _of_content(head: bytes) -> Format | None:
-    """Return the format that the first bytes show, or None."""
-    if head.startswith(b"PAR1"):
-        return "parquet"
-    if head.startswith(b"\x89MCAP"):
-        return "osi" if OSI_METADATA in head else "mcap"
-    if not _is_text(head):
-        return None  # a comma is in many binary files, too
-    if head.lstrip()[:1] in (b"{", b"["):
-        return "nuscenes"
-    line = head.lstrip().split(b"\n", 1)[0]
-    if b"," in line:
-        return "csv"
-    words = line.split()
-    return "kitti" if len(words) >= KITTI_FIELDS and words[0].lstrip(b"-").isdigit() else None
-
-
-def _is_text(head: bytes) -> bool:
+def is_text(head: bytes) -> bool:
     """Return True for UTF-8 without NUL; the last character of a longer file may be cut off."""
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head, final=len(head) < HEAD_BYTES)
     except UnicodeDecodeError:
         return False
     return b"\0" not in head
+
+
+def first_line(head: bytes) -> bytes:
+    """Return the first line of a text that is not JSON; empty for other files."""
+    words = head.lstrip()
+    return words.split(b"\n", 1)[0] if is_text(head) and not is_json(head) else b""
+
+
+def is_json(head: bytes) -> bool:
+    """Return True for a text that begins as JSON does."""
+    return is_text(head) and head.lstrip()[:1] in (b"{", b"[")
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as stream:
+            return stream.read(HEAD_BYTES)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise TracksError(f"{path}: cannot be read ({reason}); give an existing file") from error

@@ -13,7 +13,7 @@ from luxloop.scenarios.exchange.box_grading import BoxLimits, grade
 from luxloop.scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES
 from luxloop.scenarios.exchange.box_table import BoxTable
 from luxloop.scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
-from luxloop.scenarios.exchange.file_formats import Format, read
+from luxloop.scenarios.exchange.file_formats import read
 from luxloop.scenarios.exchange.ignored_boxes import leave_out
 from luxloop.scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
 from luxloop.scenarios.grading.metric_definition import Definition
@@ -47,7 +47,7 @@ class GradedBoxes:
         cls,
         truth: Path,
         tracks: Path,
-        formats: tuple[Format | None, Format | None],
+        formats: tuple[str | None, str | None],
         classes: tuple[str, ...],
         limits: BoxLimits,
     ) -> "GradedBoxes":

@@ -13,7 +13,7 @@ from luxloop.scenarios.exchange import fit_table
 from luxloop.scenarios.exchange.box_grading import BoxLimits
 from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
 from luxloop.scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
-from luxloop.scenarios.exchange.file_formats import Format, read
+from luxloop.scenarios.exchange.file_formats import read
 from luxloop.scenarios.exchange.ignored_boxes import outside
 from luxloop.scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
 from luxloop.scenarios.grading.fit_errors import corner_gaps, heading_errors
@@ -41,7 +41,7 @@ class GradedFits:
 
     @classmethod
     def of(
-        cls, truth: Path, fits: Path, truth_format: Format | None, classes: tuple[str, ...], limits: BoxLimits
+        cls, truth: Path, fits: Path, truth_format: str | None, classes: tuple[str, ...], limits: BoxLimits
     ) -> "GradedFits":
         """Read both files and compare each rectangle with the true box of the largest overlap.
 

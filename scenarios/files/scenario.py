@@ -6,22 +6,26 @@ Each stage has its own dataclass of settings. pydantic validates a file against 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
+from operator import or_
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
     PrivateAttr,
     ValidationError,
     ValidationInfo,
     field_validator,
 )
 from pydantic.json_schema import model_json_schema
+from pydantic_core import CoreSchema
 
+from luxloop.plugins import PluginError
 from luxloop.scenarios.control.control_config import CruiseConfig
 from luxloop.scenarios.errors import ScenarioError
 from luxloop.scenarios.files import toml_file
@@ -32,11 +36,7 @@ from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.own_metric import OwnMetric, definitions_of
 from luxloop.sensor_model.noise.noise_config import NoiseConfig
 from luxloop.sensor_model.sensor_config import SensorConfig
-from luxloop.sim.highway.highway_config import HighwayTraffic
-from luxloop.sim.openscenario.openscenario_config import OpenScenarioTraffic
-from luxloop.sim.replay.replay_config import ReplayTraffic
-from luxloop.sim.scripted.scripted_source import ScriptedTraffic
-from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.factory import KINDS, TrafficConfig
 from luxloop.tracker.tracker import TrackerConfig
 
 DEFAULT_SEED = 1
@@ -61,6 +61,50 @@ class RigChoice:
         return self.name or self.file or ""
 
 
+class TrafficTable:
+    """Schema of `[traffic]`: one of the kinds that are in use, told apart by `kind`.
+
+    A kind of a plug-in comes into use when a file first names it, so that no other plug-in is imported.
+    """
+
+    in_use: ClassVar[dict[str, Any]] = dict(KINDS.core)
+    checked: ClassVar[set[str]] = set()
+
+    @classmethod
+    def use(cls, document: Mapping[str, Any]) -> None:
+        """Take the kind of a file into use; of a file without a known one, all kinds, for the message.
+
+        Raises
+        ------
+        PluginError
+            The kind is registered twice, or its plug-in cannot be used.
+        """
+        table = document.get("traffic")
+        kind = str(table.get("kind")) if isinstance(table, dict) else ""
+        if kind not in cls.checked:
+            cls._add({kind: KINDS.load(kind)} if kind in KINDS.names() else KINDS.load_all())
+            cls.checked.add(kind)
+
+    @classmethod
+    def use_shipped(cls) -> None:
+        """Take all kinds that ship with luxloop into use, and no others."""
+        cls.in_use = {kind: KINDS.load(kind) for kind in KINDS.names(of_luxloop=True)}
+        cls.checked.clear()
+
+    @classmethod
+    def _add(cls, kinds: Mapping[str, Any]) -> None:
+        if not kinds.keys() <= cls.in_use.keys():
+            cls.in_use |= kinds
+            _build(Scenario, described=False)
+            _schema.cache_clear()
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, _source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Return the schema of the union."""
+        union: Any = reduce(or_, cls.in_use.values())
+        return handler.generate_schema(Annotated[union, Field(discriminator="kind")])
+
+
 class Scenario(BaseModel):
     """A scenario file."""
 
@@ -78,10 +122,7 @@ class Scenario(BaseModel):
     """Seed of traffic and noise."""
     duration_s: Annotated[float, Field(gt=0, le=_LONGEST_S)]
     """Simulated time [s]."""
-    traffic: Annotated[
-        SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic | OpenScenarioTraffic,
-        Field(discriminator="kind"),
-    ]
+    traffic: Annotated[TrafficConfig, TrafficTable]
     """Traffic simulator, and the traffic it simulates."""
     rig: RigChoice = RigChoice(name="srx_six_lux")
     """LIDARs mounted on the ego."""
@@ -163,9 +204,25 @@ class Scenario(BaseModel):
         return scenario
 
     @classmethod
+    def parse(cls, document: dict[str, Any]) -> Self:
+        """Make a scenario from the content of its file, or from the settings of a run.
+
+        Raises
+        ------
+        ValidationError
+            A key is missing, unknown, or of a wrong type or value.
+        PluginError
+            The plug-in of its traffic cannot be used.
+        """
+        TrafficTable.use(document)
+        # In strict mode, JSON may give lists for tuples and texts for paths, but not "12" for 12.
+        return cls.model_validate_json(json.dumps(document, default=str))
+
+    @classmethod
     def model_json_schema(cls, *arguments: Any, **named: Any) -> dict[str, Any]:
-        """Return the JSON schema, with the docstrings of all keys as descriptions."""
+        """Return the JSON schema of luxloop's own keys, with their docstrings as descriptions."""
         if not cls.model_config["use_attribute_docstrings"]:
+            TrafficTable.use_shipped()
             _build(cls, described=True)
         return super().model_json_schema(*arguments, **named)
 
@@ -174,8 +231,9 @@ class Scenario(BaseModel):
         if wrong := implausible(document):
             raise ScenarioError(f"{path}: {wrong}")
         try:
-            # In strict mode, JSON may give lists for tuples and texts for paths, but not "12" for 12.
-            scenario = cls.model_validate_json(json.dumps(document, default=str))
+            scenario = cls.parse(document)
+        except PluginError as error:
+            raise ScenarioError(f"{path}: traffic.kind: {error}") from error
         except ValidationError as error:
             raise ScenarioError(f"{path}: {explain(error, document, _schema(cls))}") from error
         scenario._path, scenario._document = path, document

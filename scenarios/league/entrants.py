@@ -1,4 +1,4 @@
-"""The trackers of the league, by name."""
+"""The trackers of the league, by name: plug-ins of the group `luxloop.trackers`, and the shipped tracker."""
 
 import hashlib
 import importlib
@@ -6,17 +6,12 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.files import toml_file
-from luxloop.scenarios.run.device import SHIPPED, Device
+from luxloop.scenarios.run.device import REFERENCE, SHIPPED, TRACKERS, Device
+from luxloop.scenarios.study import source_code
 from luxloop.tracker.tracker import TrackerConfig
-
-PARAMETERS = Path(__file__).parent / "parameters.toml"
-REFERENCE = "shipped"
-"""The tracker that the others are compared with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +24,8 @@ class Entrant:
     text: str
     """Association and filter."""
     settings: Mapping[str, Any] = field(default_factory=dict)
+    extra: str = ""
+    """Extra of luxloop that installs its packages."""
 
     def __call__(self, config: TrackerConfig, **others: Any) -> Device:
         """Make the tracker; `others` replace its settings."""
@@ -41,29 +38,18 @@ class Entrant:
 
     @property
     def digest(self) -> str:
-        """Digest of the settings."""
-        text = json.dumps({"place": self.place, **self.settings}, sort_keys=True)
+        """Digest of the settings, and of the code of a tracker that does not ship with luxloop."""
+        own = self.place.startswith("luxloop.")  # `drive_scans.code_digest` has its code
+        code = {} if own else {"code": source_code.of_tracker(self.place)}
+        text = json.dumps({"place": self.place, **code, **self.settings}, sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=6).hexdigest()
-
-
-_TRACKERS = "luxloop.scenarios.league.trackers"
-_PLACES = {
-    REFERENCE: (SHIPPED, "the shipped tracker"),
-    "paper": (f"{_TRACKERS}.paper_variant:paper_variant", "the paper's own steps"),
-    "nearest-neighbour": (f"{_TRACKERS}.nearest_neighbour:NearestNeighbour", "Stone Soup: GNN, Kalman filter"),
-    "jpda": (f"{_TRACKERS}.joint_probabilistic:JointProbabilistic", "Stone Soup: JPDA, Kalman filter"),
-    "autoware-bicycle": (f"{_TRACKERS}.autoware_bicycle:AutowareBicycle", "Autoware's fit, Hungarian, two-axle EKF"),
-    "norfair": (f"{_TRACKERS}.norfair_points:NorfairPoints", "norfair-enough: greedy, Kalman filter"),
-    "particle-filter": (f"{_TRACKERS}.particle_filter:ParticleFilter", "Stone Soup: GNN, particle filter"),
-    "multi-hypothesis": (f"{_TRACKERS}.multi_hypothesis:MultiHypothesis", "Stone Soup: multi-frame assignment"),
-}
 
 
 @cache
 def entrants() -> dict[str, Entrant]:
-    """Return all trackers with their tuned settings, the reference first."""
-    tuned = toml_file.read(PARAMETERS)
-    return {name: Entrant(name, place, text, tuned.get(name, {})) for name, (place, text) in _PLACES.items()}
+    """Return all trackers that are installed, the reference first."""
+    found = {name: _entrant(name, tracker) for name, tracker in TRACKERS.load_all().items()}
+    return {**found, REFERENCE: Entrant(REFERENCE, SHIPPED, "the shipped tracker")}
 
 
 def chosen(names: Sequence[str]) -> list[Entrant]:
@@ -81,3 +67,11 @@ def chosen(names: Sequence[str]) -> list[Entrant]:
                 f"--trackers {name or 'of an empty name'}: no such tracker; give some of {', '.join(known)}"
             )
     return [each for name, each in known.items() if not names or name in names or name == REFERENCE]
+
+
+def _entrant(name: str, tracker: Any) -> Entrant:
+    """Return a plug-in as an entrant, described by the first line of its docstring."""
+    if isinstance(tracker, Entrant):
+        return tracker
+    lines = (tracker.__doc__ or "").strip().splitlines()
+    return Entrant(name, TRACKERS.place(name), lines[0].rstrip(".") if lines else "")

@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from luxloop.scenarios.league.entrants import REFERENCE
 from luxloop.scenarios.league.standings import Standing
 from luxloop.scenarios.report.html.palette import BLUE, INK, LINE, MUTED
 from luxloop.scenarios.report.html.svg_figure import Figure, draw
+from luxloop.scenarios.run.device import REFERENCE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

@@ -12,7 +12,6 @@ import pandas as pd
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.league import league_tables
-from luxloop.scenarios.league.entrants import REFERENCE
 from luxloop.scenarios.league.json_file import write_json
 from luxloop.scenarios.league.league_figure import hota_figure
 from luxloop.scenarios.league.league_runs import Row
@@ -21,6 +20,7 @@ from luxloop.scenarios.report import figure_files
 from luxloop.scenarios.report.figure_files import FigureFile
 from luxloop.scenarios.report.html import pages
 from luxloop.scenarios.report.html.page_tables import page_table
+from luxloop.scenarios.run.device import REFERENCE
 
 PAGE, TABLE, DOCUMENT = "league.html", "league.csv", "league.json"
 EXPLANATIONS = (

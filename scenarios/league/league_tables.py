@@ -5,11 +5,12 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from luxloop.scenarios.league.entrants import REFERENCE, entrants
+from luxloop.scenarios.league.entrants import entrants
 from luxloop.scenarios.league.gospa_difference import GOSPA, PairedDifference
 from luxloop.scenarios.league.league_runs import Row
 from luxloop.scenarios.league.standings import Standing
 from luxloop.scenarios.report.cells import NONE, table_of
+from luxloop.scenarios.run.device import REFERENCE
 
 SHORT = {
     "track.hota": "HOTA", "track.id_switch_rate": "id switches per observation", "track.false_rate": "false rate",

@@ -13,9 +13,9 @@ from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, Compare
 from luxloop.scenarios.compare.comparison import Comparison
 from luxloop.scenarios.compare.digest import RunDigest, read_run
 from luxloop.scenarios.compare.sides import Side
-from luxloop.scenarios.league.entrants import REFERENCE
 from luxloop.scenarios.league.gospa_difference import GOSPA, PairedDifference, gospa_difference, gospa_sums, mean_gospa
 from luxloop.scenarios.league.league_runs import RUNS, Row
+from luxloop.scenarios.run.device import REFERENCE
 from luxloop.scenarios.statistics.confidence import Interval
 from luxloop.scenarios.statistics.jackknife import SHARE, jackknife_interval
 

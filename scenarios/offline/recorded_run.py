@@ -1,6 +1,5 @@
 """Completed run read from disk, with its scenario and rig: the input of `luxloop grade`."""
 
-import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +8,7 @@ import numpy as np
 import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
+from luxloop.plugins import PluginError
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import fit_errors, frame_tables
@@ -18,6 +18,7 @@ from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
 from luxloop.sensor_model.rig.rig import Rig
+from luxloop.sim.factory import KINDS
 
 NOT_IN_SCENARIO = ("rig", "device", "set", "ego")
 """Keys of the effective config that are not in a scenario file, or have another form there."""
@@ -46,13 +47,12 @@ class RecordedRun:
         restored = {name: _restore(folder, result, name, schema) for name, schema in frame_tables.SCHEMAS.items()}
         settings = {key: value for key, value in result.config.items() if key not in NOT_IN_SCENARIO}
         try:
-            scenario = Scenario.model_validate_json(json.dumps(settings))
+            scenario = Scenario.parse(settings)
             rig = TypeAdapter(Rig).validate_python(result.config["rig"])
+        except PluginError as error:
+            raise OutputError(f"{folder}: its traffic: {error}") from error
         except (ValidationError, KeyError) as error:
-            raise OutputError(
-                f"{folder}: written by luxloop {result.versions.get('luxloop')}, whose settings differ from this "
-                "version's; run the scenario again"
-            ) from error
+            raise OutputError(f"{folder}: {_misfit(result)}") from error
         result.tables.update(restored, fits=fit_errors.measure(restored["fits"]))
         return cls(folder, result, scenario, rig)
 
@@ -76,6 +76,16 @@ class RecordedRun:
         limits = sweep_limits(beams) if self.scenario.sensor.sweep else None
         positions = beams.units.origin_ego[:, :2]
         return RecordedScans(self.folder, self.result.frames, len(self.rig.mounts), limits, positions)
+
+
+def _misfit(result: Result) -> str:
+    """Return the reason why the settings of a run are not valid here, with a remedy."""
+    traffic = result.config.get("traffic")
+    kind = traffic.get("kind") if isinstance(traffic, dict) else None
+    if isinstance(kind, str) and kind not in KINDS.names():
+        return f'traffic.kind = "{kind}" is of a plug-in that is not installed; install it'
+    version = result.versions.get("luxloop")
+    return f"written by luxloop {version}, whose settings differ from this version's; run the scenario again"
 
 
 def _restore(folder: Path, result: Result, name: str, schema: Schema) -> pd.DataFrame:

@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any, Protocol
 
 from luxloop import former_names
+from luxloop.plugins import PluginError, PluginGroup
 from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.run.containment import contained
 from luxloop.scenarios.run.process_tracker import PREFIX, ProcessFactory
@@ -20,9 +21,13 @@ from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.tracker import TrackerConfig
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 
 SHIPPED = "luxloop.tracker.tracker:Tracker"
+REFERENCE = "shipped"
+"""Name of the shipped tracker among `TRACKERS`."""
+
+FORMS = f"MODULE:NAME or FILE.py:NAME, as in {SHIPPED}, or process:COMMAND"
 
 _file_of_module: dict[str, Path] = {}
 """Files that trackers were loaded from, by the name of the module made of each."""
@@ -56,8 +61,16 @@ DeviceFactory = Callable[[TrackerConfig], Device]
 the kernels before the clock starts."""
 
 
+def _wanted(_name: str, found: Any) -> str:
+    return "" if callable(found) else "a class or function that takes a TrackerConfig"
+
+
+TRACKERS = PluginGroup("luxloop.trackers", _wanted, core={REFERENCE: Tracker})
+"""Trackers by name, each a `DeviceFactory`."""
+
+
 def load(spec: str) -> DeviceFactory:
-    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`, or start `process:COMMAND`.
+    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`, start `process:COMMAND`, or take one of `TRACKERS`.
 
     `MODULE` may be in the current folder, `FILE.py` may import modules of its own folder. Both folders are searched
     after all installed packages.
@@ -70,11 +83,12 @@ def load(spec: str) -> DeviceFactory:
     """
     if spec.startswith(PREFIX):
         return ProcessFactory(spec.removeprefix(PREFIX))
+    if is_name(spec):
+        return _load_plugin(spec)
     place, _, name = spec.rpartition(":")
     is_file = place.endswith(".py")
     if not (place and name) or (place.startswith(".") and not is_file):
-        forms = f"MODULE:NAME or FILE.py:NAME, as in {SHIPPED}, or process:COMMAND"
-        raise DeviceError(f"--tracker {spec}: should be {forms}")
+        raise DeviceError(f"--tracker {spec}: should be {FORMS}")
     module = _load_file(Path(place), spec) if is_file else _load_module(place, spec)
     factory: Any = getattr(module, name, None)
     if not callable(factory):
@@ -82,6 +96,11 @@ def load(spec: str) -> DeviceFactory:
         raise DeviceError(f"--tracker {spec}: {name} {problem} in {place}; name a class with step(scan)")
     _refuse_oracle(factory, f"--tracker {spec}")
     return factory  # type: ignore[no-any-return]
+
+
+def is_name(spec: str) -> bool:
+    """Return True for the name of a plug-in, which has no colon."""
+    return ":" not in spec and not spec.startswith(".")
 
 
 def _refuse_oracle(factory: object, named: str) -> None:
@@ -137,6 +156,18 @@ def show_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
     """Pass the ground truth of the next scan to an oracle; a tracker does not receive it."""
     if hasattr(type(device), "see_truth"):
         device.see_truth(frame, truth)  # type: ignore[attr-defined]
+
+
+def _load_plugin(name: str) -> DeviceFactory:
+    if name not in TRACKERS.names():
+        raise DeviceError(f"--tracker {name}: should be {FORMS}, or one of {', '.join(TRACKERS.names())}")
+    try:
+        with contained():
+            factory: DeviceFactory = TRACKERS.load(name)
+    except PluginError as error:
+        raise DeviceError(f"--tracker {name}: {error}") from error
+    _refuse_oracle(factory, f"--tracker {name}")
+    return factory
 
 
 def _load_module(module_name: str, spec: str) -> ModuleType:

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
+from luxloop.plugins import PluginError
+from luxloop.scenarios.run.device import TRACKERS, is_name
 from luxloop.scenarios.run.process_tracker import PREFIX
 from luxloop.scenarios.study.named_files import digest_of
 
@@ -33,13 +35,21 @@ def of_folders(*folders: str) -> str:
 def of_tracker(spec: str) -> str:
     """Return the digest of a tracker's source; empty if it is not found, which `device.load` reports.
 
+    - `NAME` of a plug-in: as its `MODULE:NAME`.
     - `process:COMMAND`: the program, and all arguments that are files, with the local modules of Python files.
     - `FILE.py:NAME`: the file and the local modules that it imports, at any depth.
     - `MODULE:NAME`: the whole top-level package, or the module as a file; of luxloop's own, the package below it.
     """
     if spec.startswith(PREFIX):
         return _combined(_files_of_command(spec.removeprefix(PREFIX)))
+    if is_name(spec):
+        try:
+            spec = TRACKERS.place(spec) if spec in TRACKERS.names() else spec
+        except PluginError:
+            return ""
     place = spec.rpartition(":")[0]
+    if not place:
+        return ""
     if place.endswith(".py"):
         return _combined(_imported(Path(place)))
     package, _, module = place.partition(".")

@@ -1,10 +1,12 @@
 """Configuration of highway-env traffic."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 from luxloop.sim.modes import ModeLimits
 from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.source import TrafficSource
 
 _LARGEST = 10_000
 """Maximum of numbers in an environment's configuration: more lanes or vehicles take minutes to build."""
@@ -64,3 +66,9 @@ class HighwayTraffic:
         if self.physical is not None:
             return self.physical
         return PhysicalConfig(SMOOTHING_S, lookahead_s=0.0 if self.ego == "controlled" else SMOOTHING_S)
+
+    def make_source(self, folder: Path, range_m: float) -> TrafficSource:
+        """Make the source. See `luxloop.sim.factory.TrafficConfig`."""
+        from luxloop.sim.highway.highway_source import HighwaySource
+
+        return HighwaySource(self, folder, range_m)

@@ -1,10 +1,12 @@
 """Configuration of traffic by an OpenSCENARIO file."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from luxloop.sim.modes import ModeLimits
 from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.source import TrafficSource
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,3 +37,9 @@ class OpenScenarioTraffic:
             raise ValueError(f'file = "{self.file}" should end in .xosc')
         if not 0.001 <= self.step_s <= self.dt_s:
             raise ValueError(f"step_s = {self.step_s} should be at least 0.001 s and at most dt_s = {self.dt_s}")
+
+    def make_source(self, folder: Path, range_m: float) -> TrafficSource:
+        """Make the source. See `luxloop.sim.factory.TrafficConfig`."""
+        from luxloop.sim.openscenario.openscenario_source import OpenScenarioSource
+
+        return OpenScenarioSource(self, folder, range_m)

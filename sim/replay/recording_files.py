@@ -3,9 +3,11 @@
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Protocol
 
+from luxloop.plugins import formats_that
 from luxloop.sim.missing_file import missing_file
-from luxloop.sim.replay import commonroad, fcd
+from luxloop.sim.replay import fcd
 from luxloop.sim.replay.plausible import require_plausible
 from luxloop.sim.replay.recording import Recording, ReplayType
 from luxloop.sim.replay.track_tables import read_table
@@ -14,11 +16,16 @@ from luxloop.sim.xml_root import root_element
 
 Reader = Callable[[Path, Mapping[str, ReplayType]], Recording]
 
-XML_READERS: dict[str, Reader] = {
-    fcd.ROOT: fcd.read_fcd,
-    commonroad.ROOT: commonroad.read_commonroad,
-}
-"""Readers by root element."""
+
+class TrafficFormat(Protocol):
+    """XML format of recorded traffic, a plug-in of the group `luxloop.formats`."""
+
+    TRAFFIC_ROOT: str
+    """Name of the root element."""
+
+    def read_traffic(self, path: Path, types: Mapping[str, ReplayType]) -> Recording:
+        """Read a recording. See `read_recording`."""
+        ...
 
 
 def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
@@ -44,8 +51,22 @@ def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
     return recording
 
 
+def recording_roots() -> list[str]:
+    """Return the root elements of recordings in XML."""
+    return list(_xml_readers())
+
+
 def _xml_reader(path: Path) -> Reader:
     root = root_element(path).tag
-    if root not in XML_READERS:
-        raise TrafficInputError(f"its root is <{root}>; it should be one of {', '.join(XML_READERS)}")
-    return XML_READERS[root]
+    if root == fcd.ROOT:
+        return fcd.read_fcd
+    readers = _xml_readers()
+    if root not in readers:
+        raise TrafficInputError(f"its root is <{root}>; it should be one of {', '.join(readers)}")
+    return readers[root]
+
+
+def _xml_readers() -> dict[str, Reader]:
+    """Return the readers by root element: of SUMO's floating car data, and of plug-ins."""
+    formats: Mapping[str, TrafficFormat] = formats_that("read_traffic")
+    return {fcd.ROOT: fcd.read_fcd, **{known.TRAFFIC_ROOT: known.read_traffic for known in formats.values()}}

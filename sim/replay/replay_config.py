@@ -1,12 +1,14 @@
 """Configuration of recorded traffic."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from luxloop.sim.modes import ModeLimits
 from luxloop.sim.physical.physical_config import PhysicalConfig
 from luxloop.sim.replay.recording import ReplayType
 from luxloop.sim.scripted.script import ScriptedObstacle
+from luxloop.sim.source import TrafficSource
 
 ENDINGS = (".csv", ".csv.gz", ".parquet", ".xml", ".xml.gz")
 
@@ -44,3 +46,9 @@ class ReplayTraffic:
             raise ValueError(f'file = "{self.file}" should end in {", ".join(ENDINGS)}')
         if not (self.dt_s > 0 and self.gap_s > 0):
             raise ValueError("dt_s and gap_s must be positive")
+
+    def make_source(self, folder: Path, range_m: float) -> TrafficSource:
+        """Make the source. See `luxloop.sim.factory.TrafficConfig`."""
+        from luxloop.sim.replay.replay_source import ReplaySource
+
+        return ReplaySource(self, folder, range_m)

@@ -16,7 +16,7 @@ from luxloop.sim.obstacles import obstacles
 from luxloop.sim.roster import Roster
 from luxloop.sim.scripted.motions import state_at
 from luxloop.sim.scripted.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
-from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
+from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficInputError, TrafficSource
 from luxloop.sim.world import Kind, Obstacles, WorldFrame
 
 
@@ -52,6 +52,10 @@ class ScriptedTraffic:
             raise ValueError(
                 f'two actors have name = "{twice[0]}"; give each its own, which its random draws are keyed by'
             )
+
+    def make_source(self, folder: Path, range_m: float) -> TrafficSource:
+        """Make the source. See `luxloop.sim.factory.TrafficConfig`."""
+        return ScriptedSource(self, folder, range_m)
 
 
 class ScriptedSource:

@@ -1,11 +1,13 @@
 """Configuration of SUMO traffic."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from luxloop.sim.candidates.want import Want
 from luxloop.sim.modes import ModeLimits
 from luxloop.sim.physical.physical_config import PhysicalConfig
+from luxloop.sim.source import TrafficSource
 from luxloop.sim.sumo.options import SCENARIO_KEYS, full_name
 
 OPENDRIVE = ".xodr"
@@ -96,3 +98,9 @@ class SumoTraffic:
         for option in self.options:
             if key := SCENARIO_KEYS.get(full_name(option)):
                 raise ValueError(f"options.{option}: set the key {key} instead")
+
+    def make_source(self, folder: Path, range_m: float) -> TrafficSource:
+        """Make the source. See `luxloop.sim.factory.TrafficConfig`."""
+        from luxloop.sim.sumo.sumo_source import SumoSource
+
+        return SumoSource(self, folder, range_m)

@@ -11,6 +11,9 @@ from itertools import product
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("optuna", reason="the extra luxloop[search] is not installed")
+
 import tomli_w
 import typer
 from support import short_run

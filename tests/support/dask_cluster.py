@@ -9,6 +9,10 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import pytest
+
+pytest.importorskip("distributed", reason="the extra luxloop[sweeps] is not installed")
+
 import dask.config
 from distributed import LocalCluster
 from support.processes import until

@@ -1,1 +1,1 @@
-"""Readers of recording formats, one file each; `format_choice` selects one by the names of the files."""
+"""Recording formats, one file each; `format_choice` selects one by the names of the files."""

@@ -2,21 +2,13 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
+from luxloop.plugins import formats_that
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files.format_option import format_named
 from luxloop.scenarios.recordings.formats.reading_errors import require_bytes
 from luxloop.scenarios.recordings.sweep import RecordingSource
-
-FORMATS = {
-    "rosbag": (".bag", ".db3", "folder"),
-    "mcap": (".mcap",),
-    "pcd": (".pcd",),
-    "bin": (".bin",),
-    "ouster": (".pcap",),
-    "lux": (".lux",),
-}
-"""Suffixes of the files of each format. A folder is a ROS 2 bag. Streams of LUX messages have no common suffix:
-`.bin` is KITTI's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,23 +23,37 @@ class ReadOptions:
     """Metadata of an Ouster sensor; the JSON file beside the capture if None."""
 
 
-def format_of(paths: list[Path], name: str | None) -> str:
+class RecordingFormat(Protocol):
+    """Format of recordings of sensors, a plug-in of the group `luxloop.formats`."""
+
+    RECORDING_SUFFIXES: tuple[str, ...]
+    """Endings of the names of its files, such as ".bag", and "folder" if a folder is one."""
+
+    def open_recording(self, paths: list[Path], options: ReadOptions) -> RecordingSource:
+        """Open files, which exist and are not empty, as one recording.
+
+        Raises
+        ------
+        InputError
+            A file is damaged or of another format, or an option does not fit it.
+        """
+        ...
+
+
+def format_of(paths: list[Path], name: str | None) -> RecordingFormat:
     """Return the format of files: `name`, or that of their suffixes.
 
     Raises
     ------
     InputError
-        The format is not known.
+        The format is not known, or its plug-in cannot be used.
     """
-    if name is None:
-        return _by_suffix(paths)
-    if name not in FORMATS:
-        raise InputError(f"--format {name}: should be one of {', '.join(FORMATS)}")
-    return name
+    found: RecordingFormat = format_named("--format", name or _by_suffix(paths), "open_recording")
+    return found
 
 
-def open_recording(paths: list[Path], name: str, options: ReadOptions) -> RecordingSource:
-    """Open files of the format `name` as one recording.
+def open_recording(paths: list[Path], chosen: RecordingFormat, options: ReadOptions) -> RecordingSource:
+    """Open files as one recording.
 
     Raises
     ------
@@ -55,32 +61,16 @@ def open_recording(paths: list[Path], name: str, options: ReadOptions) -> Record
         A file is missing, empty or damaged, or an option does not fit it.
     """
     require_bytes(paths)
-    if name == "rosbag":
-        from luxloop.scenarios.recordings.formats.ros_bags import open_bags
-
-        return open_bags(paths, list(options.topics))
-    if name == "mcap":
-        from luxloop.scenarios.recordings.formats.mcap_files import open_mcap
-
-        return open_mcap(paths, list(options.topics))
-    if name == "ouster":
-        from luxloop.scenarios.recordings.formats.ouster_capture import open_capture
-
-        return open_capture(paths, options.metadata)
-    if name == "lux":
-        from luxloop.scenarios.recordings.formats.lux_stream import LuxStreams
-
-        return LuxStreams(paths)
-    from luxloop.scenarios.recordings.formats.point_files import PointFiles
-
-    return PointFiles.open(paths, name, options.rate_hz)
+    return chosen.open_recording(paths, options)
 
 
 def _by_suffix(paths: list[Path]) -> str:
+    formats: dict[str, RecordingFormat] = formats_that("open_recording")
     suffix = {"folder" if path.is_dir() else path.suffix.lower() for path in paths}
-    found = [name for name, known in FORMATS.items() if suffix <= set(known)]
+    found = [name for name, known in formats.items() if suffix <= set(known.RECORDING_SUFFIXES)]
     if len(found) != 1:
         raise InputError(
-            f"{paths[0]}: no format is known by the names of these files; give --format, one of {', '.join(FORMATS)}"
+            f"{paths[0]}: {'several formats are' if found else 'no format is'} known by the names of these files; give "
+            f"--format, one of {', '.join(found or formats)}"
         )
     return found[0]

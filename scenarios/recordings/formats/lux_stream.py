@@ -1,9 +1,10 @@
-"""Streams of LUX scan messages (0x2202); a file is the stream of one LUX."""
+"""Format `lux`: streams of LUX scan messages (0x2202); a file is the stream of one LUX."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from heapq import merge
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,11 @@ from luxloop.sensor_model.formats.lux_scan_points import points_unit
 from luxloop.sensor_model.formats.lux_scan_stream import read_stream
 from luxloop.sensor_model.rig.rig import load_unit
 
+if TYPE_CHECKING:
+    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+
+RECORDING_SUFFIXES = (".lux",)
 UNIT = "lux"
 """Unit file with the elevations of the layers, which a message does not hold."""
 
@@ -37,6 +43,18 @@ class LuxStreams:
     def poses(self, name: str) -> PoseList:
         """Raise an InputError: scan messages hold no poses."""
         raise InputError(f"{self.paths[0]}: {name}: LUX scans hold no poses; leave --odometry and --truth out")
+
+
+def open_recording(paths: list[Path], _options: "ReadOptions") -> LuxStreams:
+    """Take each file as the stream of one unit. See `RecordingFormat`."""
+    return LuxStreams(paths)
+
+
+def export(run: "RecordedRun", folder: Path) -> None:
+    """Write a run as streams. See `RunFormat`."""
+    from luxloop.scenarios.exchange import lux_export
+
+    lux_export.export(run, folder)
 
 
 def _sweeps(path: Path, unit: int) -> Iterator[Sweep]:

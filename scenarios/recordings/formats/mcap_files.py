@@ -1,26 +1,34 @@
-"""MCAP files of ROS 2, read by the packages mcap and mcap-ros2-support."""
+"""Format `mcap`: MCAP files of ROS 2, read by the packages mcap and mcap-ros2-support."""
 
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.exchange.file_role import Role
 from luxloop.scenarios.recordings.formats.reading_errors import readable
 from luxloop.scenarios.recordings.formats.ros_messages import NANOSECONDS
 from luxloop.scenarios.recordings.formats.ros_topics import RosTopics
 
+if TYPE_CHECKING:
+    from luxloop.scenarios.exchange.box_table import BoxTable
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+
+RECORDING_SUFFIXES = BOX_SUFFIXES = (".mcap",)
+EXTRA = "mcap"
+"""Extra of luxloop that installs the packages of this format."""
 WHAT = "MCAP"
 
 
-def open_mcap(paths: list[Path], wanted: list[str]) -> RosTopics:
+def open_recording(paths: list[Path], options: "ReadOptions") -> RosTopics:
     """Open one file.
 
     Raises
     ------
     InputError
-        The file is no complete MCAP of ROS 2, or `wanted` topics are not in it.
+        The file is no complete MCAP of ROS 2, or `options.topics` are not in it.
     """
     from mcap.reader import make_reader
 
@@ -46,7 +54,21 @@ def open_mcap(paths: list[Path], wanted: list[str]) -> RosTopics:
                 _, channel, message, decoded = entry
                 yield channel.topic, NANOSECONDS * message.log_time, decoded
 
-    return RosTopics.of(str(path), types, counts, wanted, messages)
+    return RosTopics.of(str(path), types, counts, list(options.topics), messages)
+
+
+def shows_boxes(_path: Path, head: bytes) -> bool:
+    """Return True for MCAP other than a trace of OSI."""
+    from luxloop.scenarios.exchange import osi
+
+    return head.startswith(b"\x89MCAP") and not osi.shows_boxes(_path, head)
+
+
+def read_boxes(path: Path, role: Role) -> "list[BoxTable]":
+    """Return the boxes of one topic. See `BoxFormat`."""
+    from luxloop.scenarios.exchange import mcap_boxes
+
+    return mcap_boxes.read(path, role)
 
 
 def _quietly_next(found: Iterator[Any]) -> Any:

@@ -1,4 +1,4 @@
-"""Ouster captures (PCAP with JSON metadata), read by the package ouster-sdk.
+"""Format `ouster`: captures (PCAP with JSON metadata), read by the package ouster-sdk.
 
 ouster-sdk 1.0.1 pins versions of other packages that exclude those of rerun-sdk, but runs with newer ones.
 docs/recordings.md explains its installation.
@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,12 @@ from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.recordings.formats.reading_errors import readable
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 
+if TYPE_CHECKING:
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+
+RECORDING_SUFFIXES = (".pcap",)
+EXTRA = "recordings"  # ouster-sdk imports rosbags
+"""Extra of luxloop that installs some of the packages of this format."""
 WHAT = "an Ouster capture"
 INSTALL = "pip install --no-deps ouster-sdk==1.0.1"
 VALID_SHARE = 0.5
@@ -58,7 +64,7 @@ class OusterCapture:
         raise InputError(f"{self.path}: {name}: an Ouster capture holds no poses; leave --odometry and --truth out")
 
 
-def open_capture(paths: list[Path], metadata: Path | None) -> OusterCapture:
+def open_recording(paths: list[Path], options: "ReadOptions") -> OusterCapture:
     """Open a capture.
 
     Raises
@@ -70,7 +76,7 @@ def open_capture(paths: list[Path], metadata: Path | None) -> OusterCapture:
         raise InputError(f"{paths[1]}: give one Ouster capture at a time")
     if find_spec("ouster") is None:
         raise InputError(f"{paths[0]}: reading Ouster captures needs ouster-sdk, which is not installed: {INSTALL}")
-    path, described = paths[0], metadata or paths[0].with_suffix(".json")
+    path, described = paths[0], options.metadata or paths[0].with_suffix(".json")
     if not described.is_file():
         raise InputError(f"{described}: no such file; give the metadata of the sensor with --metadata")
     _require_whole(path)

@@ -1,15 +1,21 @@
-"""PCD files of the Point Cloud Library: ascii, binary and binary_compressed, version 0.7 and before."""
+"""Format `pcd`: files of the Point Cloud Library: ascii, binary and binary_compressed, version 0.7 and before."""
 
 import io
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.recordings.formats.lzf import decompress
+from luxloop.scenarios.recordings.formats.point_files import PointFiles
 
+if TYPE_CHECKING:
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+
+RECORDING_SUFFIXES = (".pcd",)
 HEADER_MAX = 65_536
 """Bytes searched for the end of the header."""
 LAST_LINE = b"DATA"
@@ -26,6 +32,11 @@ class PcdHeader:
     """`ascii`, `binary` or `binary_compressed`."""
     size: int
     """Bytes of the header."""
+
+
+def open_recording(paths: list[Path], options: "ReadOptions") -> PointFiles:
+    """Take files as sweeps of a constant rate. See `RecordingFormat`."""
+    return PointFiles(paths, read_pcd, "PCD", 1.0 / options.rate_hz)
 
 
 def read_pcd(path: Path) -> npt.NDArray[np.void]:

@@ -1,23 +1,29 @@
-"""ROS 1 bags (`.bag`) and ROS 2 bags (`.db3`, or their folder with `metadata.yaml`), read by the package rosbags."""
+"""Format `rosbag`: bags of ROS 1 (`.bag`) and of ROS 2 (`.db3`, or their folder), read by the package rosbags."""
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from luxloop.scenarios.recordings.formats.reading_errors import readable
 from luxloop.scenarios.recordings.formats.ros_messages import NANOSECONDS
 from luxloop.scenarios.recordings.formats.ros_topics import RosTopics
 
+if TYPE_CHECKING:
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+
+RECORDING_SUFFIXES = (".bag", ".db3", "folder")
+EXTRA = "recordings"
+"""Extra of luxloop that installs the packages of this format."""
 WHAT = "a ROS bag"
 
 
-def open_bags(paths: list[Path], wanted: list[str]) -> RosTopics:
+def open_recording(paths: list[Path], options: "ReadOptions") -> RosTopics:
     """Open one ROS 2 bag, or one or several ROS 1 bags as one recording.
 
     Raises
     ------
     InputError
-        A file is no complete bag, or `wanted` topics are not in it.
+        A file is no complete bag, or `options.topics` are not in it.
     """
     with readable(paths[0], WHAT), _reader(paths) as reader:
         types, counts = {}, dict[str, int]()
@@ -32,7 +38,7 @@ def open_bags(paths: list[Path], wanted: list[str]) -> RosTopics:
                 message = reader.deserialize(raw, connection.msgtype)
                 yield connection.topic, NANOSECONDS * logged_ns, message
 
-    return RosTopics.of(str(paths[0]), types, counts, wanted, messages)
+    return RosTopics.of(str(paths[0]), types, counts, list(options.topics), messages)
 
 
 def _reader(paths: list[Path]) -> Any:

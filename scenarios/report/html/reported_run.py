@@ -26,7 +26,7 @@ SUITE_METRICS = {
 }
 """Main metrics of a run, with short names."""
 
-IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+")
+IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+|[\w-]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
 
 SHOWN, SEARCHED = 3, 200

@@ -9,8 +9,9 @@ from support import box_files
 from support.box_files import Box
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.exchange import kitti_labels, nuscenes_results, nuscenes_tables
 from luxloop.scenarios.exchange.file_formats import HEAD_BYTES, read, recognise
+from luxloop.scenarios.exchange.kitti import kitti_labels
+from luxloop.scenarios.exchange.nuscenes import nuscenes_results, nuscenes_tables
 
 KITTI_LINE = "0 7 Car 0 0 -1.57 599.4 156.4 629.8 189.3 1.50 1.60 3.80 -2.0 1.65 12.0 0.00"
 """A line in the layout of `label_02`: a car 12 m ahead and 2 m to the left, that faces to the right."""
@@ -371,7 +372,7 @@ def test_a_comma_in_other_bytes_than_text_is_no_csv_file(tmp_path):
         (["run", "--occluded-max", "3"], "--occluded-max cannot be given with RUN; give either RUN"),
         (["run", "--points-min", "3"], "--points-min cannot be given with RUN; give either RUN"),
         (["--truth", "none.csv", "--tracks", "a.csv"], "none.csv: cannot be read (No such file or directory)"),
-        (["--truth", ".", "--tracks", "a.csv"], ".: a folder without sample_annotation.json of nuScenes and without"),
+        (["--truth", ".", "--tracks", "a.csv"], ".: a folder of no known format of csv, kitti, mcap, nuscenes,"),
     ],
 )  # fmt: skip
 def test_an_invalid_request_is_refused_in_one_line(words, message, tmp_path, monkeypatch, capfd):

@@ -10,7 +10,8 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.exchange import kitti_labels, nuscenes_tables
+from luxloop.scenarios.exchange.kitti import kitti_labels
+from luxloop.scenarios.exchange.nuscenes import nuscenes_tables
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 
 MOVING = 'ego = { motion = [{ kind = "arc", speed_mps = 3.0, radius_m = 12.0 }] }'
@@ -282,7 +283,7 @@ def test_exports_are_reproducible(run, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--format", "waymo", "--out", "new"], "--format waymo: is none of kitti, nuscenes, t4, osi, lux"),
+        (["--format", "waymo", "--out", "new"], "--format waymo: is none of kitti, lux, nuscenes, osi, t4"),
         (["--format", "kitti", "--out", "there"], "there: already exists; choose another folder with --out"),
         (["--format", "nuscenes", "--out", "file/x"], "cannot write there (Not a directory)"),
     ],

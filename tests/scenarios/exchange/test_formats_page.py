@@ -4,15 +4,18 @@ import re
 import shlex
 
 import pytest
+
+pytest.importorskip("betterosi", reason="the extra luxloop[osi] is not installed")
+
 from mcap.reader import make_reader
 from support.paths import ROOT
 
+from luxloop.plugins import formats_that
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.commands.export import FORMATS as EXPORTS
 from luxloop.scenarios.exchange.box_metric_names import DEFINITIONS
-from luxloop.scenarios.exchange.file_formats import FORMATS
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 
+FORMATS, EXPORTS = formats_that("read_boxes"), formats_that("export")
 PAGE = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
 FOLDERS = {"KITTI": "kitti", "nuScenes": "scene", "T4": "t4", "LUX": "lux"}
 """Sections with a table of paths, and the folders of their exports on the page."""

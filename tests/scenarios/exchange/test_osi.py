@@ -9,6 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+
+pytest.importorskip("betterosi", reason="the extra osi of luxloop is not installed")
+
 from support import exported_run, separate_packages, short_run
 
 from luxloop.scenarios.cli import main

@@ -8,7 +8,7 @@ import pytest
 from support import exported_run
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.exchange import nuscenes_tables
+from luxloop.scenarios.exchange.nuscenes import nuscenes_tables
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 
 FIELDS = {

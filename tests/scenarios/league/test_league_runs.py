@@ -13,11 +13,12 @@ from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.league import drive_scans, league_runs
 from luxloop.scenarios.league.drive import drives
-from luxloop.scenarios.league.entrants import REFERENCE, Entrant, entrants
+from luxloop.scenarios.league.entrants import Entrant, entrants
 from luxloop.scenarios.league.league_folder import refuse_other_files
 from luxloop.scenarios.league.standings import pooled_hota
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.run import device, run_folder
+from luxloop.scenarios.run.device import REFERENCE
 
 SEED = 3
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from support.scripted_boxes import DT_S, ScriptedDetector, scans
 
-from luxloop.scenarios.league.entrants import REFERENCE, Entrant, entrants
+from luxloop.scenarios.league.entrants import Entrant, entrants
 from luxloop.scenarios.league.trackers.bicycle_filter import BicycleFilter
 from luxloop.scenarios.league.trackers.paper_variant import paper_variant
+from luxloop.scenarios.run.device import REFERENCE
 from luxloop.tracker.records import Status
 from luxloop.tracker.tracker import TrackerConfig
 

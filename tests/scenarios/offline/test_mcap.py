@@ -6,6 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+pytest.importorskip("mcap_ros2", reason="the extra luxloop[mcap] is not installed")
+
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from support import short_run

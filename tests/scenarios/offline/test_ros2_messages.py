@@ -5,6 +5,10 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+
+pytest.importorskip("rosbags", reason="the extra luxloop[recordings] is not installed")
+pytest.importorskip("mcap_ros2", reason="the extra luxloop[mcap] is not installed")
+
 from rosbags.highlevel import AnyReader
 from support import exported_run
 

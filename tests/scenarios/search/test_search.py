@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+
+pytest.importorskip("optuna", reason="the extra luxloop[search] is not installed")
+
 from support import crossing_ids
 from support.stub_trackers import Perfect
 

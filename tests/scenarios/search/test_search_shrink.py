@@ -5,6 +5,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+
+pytest.importorskip("optuna", reason="the extra luxloop[search] is not installed")
+
 from hypothesis import given
 from hypothesis import strategies as st
 from support.stub_trackers import Forgetful

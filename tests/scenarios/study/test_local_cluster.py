@@ -6,6 +6,9 @@ import time
 from pathlib import Path
 
 import pytest
+
+pytest.importorskip("distributed", reason="the extra luxloop[sweeps] is not installed")
+
 from support.processes import children_of, until
 from support.sweeps import small_study
 

@@ -9,7 +9,7 @@ from support.paths import ROOT
 from support.traffic import frames
 
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.sim.replay.commonroad import STREET_HEIGHT
+from luxloop.sim.commonroad.commonroad_recording import STREET_HEIGHT
 from luxloop.sim.replay.recording import KIND_BY_NAME
 from luxloop.sim.replay.recording_files import read_recording
 from luxloop.sim.replay.replay_source import ReplaySource

@@ -15,8 +15,8 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import LARGEST, BoxTable, Texts, checked
 from luxloop.scenarios.exchange.json_file import Row, number, number_list, read_json, text
-from luxloop.scenarios.exchange.nuscenes_names import CLASSES
-from luxloop.scenarios.exchange.nuscenes_results import GLOBAL, Solid, solid
+from luxloop.scenarios.exchange.nuscenes.nuscenes_names import CLASSES
+from luxloop.scenarios.exchange.nuscenes.nuscenes_results import GLOBAL, Solid, solid
 
 ANNOTATIONS = "sample_annotation.json"
 LONGEST_S = 1.5

@@ -5,7 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.scenarios.exchange.nuscenes_names import ATTRIBUTES, CATEGORIES, VISIBILITIES, attributes, visibility
+from luxloop.scenarios.exchange.nuscenes.nuscenes_names import (
+    ATTRIBUTES,
+    CATEGORIES,
+    VISIBILITIES,
+    attributes,
+    visibility,
+)
 from luxloop.scenarios.grading.ownership import points_of_actors
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.sensor_model.truth import ScanTruth

@@ -1,4 +1,4 @@
-"""Recordings in CommonRoad XML, version 2020a, read by commonroad-io. Only this file imports it."""
+"""Format `commonroad`: recorded traffic in CommonRoad XML, version 2020a, read by commonroad-io."""
 
 import math
 import warnings
@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from luxloop.sim.arrays import Floats
+from luxloop.sim.commonroad.commonroad_checks import require_plausible_numbers
 from luxloop.sim.obstacles import Prism
 from luxloop.sim.optional_packages import install_command
-from luxloop.sim.replay.commonroad_checks import require_plausible_numbers
 from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from luxloop.sim.source import TrafficInputError
 
-ROOT = "commonRoad"
+TRAFFIC_ROOT = "commonRoad"
 ROAD_USERS = {
     "priorityVehicle": ReplayType("van"),
     "parkedVehicle": ReplayType("car"),
@@ -31,7 +31,7 @@ STREET_HEIGHT = {"building": 10.0, "pillar": 4.0, "constructionZone": 1.0, "road
 STREET_REFLECTIVITY = 0.3
 
 
-def read_commonroad(path: Path, types: Mapping[str, ReplayType]) -> Recording:
+def read_traffic(path: Path, types: Mapping[str, ReplayType]) -> Recording:
     """Read road users, named by obstacle id; planning problems have no trajectory and are ignored.
 
     Parameters

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from luxloop.scenarios.exchange.exported_run import cloud, confirmed_tracks
-from luxloop.scenarios.exchange.nuscenes_export import MODALITIES, empty_png, rings, track_results, write_json
-from luxloop.scenarios.exchange.nuscenes_rows import Row
-from luxloop.scenarios.exchange.t4_rows import CHANNEL, T4TableWriter
+from luxloop.scenarios.exchange.nuscenes.nuscenes_export import MODALITIES, empty_png, rings, track_results, write_json
+from luxloop.scenarios.exchange.nuscenes.nuscenes_rows import Row
+from luxloop.scenarios.exchange.t4.t4_rows import CHANNEL, T4TableWriter
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 
 MAP = "map/none.png"

@@ -23,7 +23,7 @@ import pandas as pd
 
 from luxloop.scenarios.arrays import Floats32
 from luxloop.scenarios.exchange.exported_run import TRACK_HEIGHT_M, cloud, confirmed_tracks
-from luxloop.scenarios.exchange.nuscenes_rows import CHANNEL, Row, TableWriter, rotation
+from luxloop.scenarios.exchange.nuscenes.nuscenes_rows import CHANNEL, Row, TableWriter, rotation
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.tracker.scan import Scan
 

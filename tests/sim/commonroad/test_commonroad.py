@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.traffic import frames
 
-from luxloop.sim.replay.commonroad import read_commonroad
+from luxloop.sim.commonroad.commonroad_recording import read_traffic
 from luxloop.sim.replay.recording import ReplayType
 from luxloop.sim.replay.replay_config import ReplayTraffic
 from luxloop.sim.replay.replay_source import ReplaySource
@@ -64,7 +64,7 @@ def write(tmp_path):
 def test_road_users_are_read_with_their_boxes(write):
     behind = "<rectangle><length>8</length><width>2.5</width><originXShift>-3</originXShift></rectangle>"
     round_one = "<circle><radius>0.3</radius></circle>"
-    read = read_commonroad(
+    read = read_traffic(
         write(
             dynamic(11, "car", CAR, drive(20)),
             dynamic(12, "truck", behind, [(5.0, 9.0, np.pi / 2)] * 3, first=4),
@@ -100,7 +100,7 @@ def test_other_types_are_static_obstacles(write):
         "<point><x>20</x><y>5</y></point><point><x>20</x><y>9</y></point></polygon></shape></environmentObstacle>"
     )
     site = static(22, "constructionZone", "<rectangle><length>6</length><width>2</width></rectangle>", 30.0, 0.0, 1.57)
-    read = read_commonroad(write(dynamic(11, "car", CAR, drive(20)), site, building), {})
+    read = read_traffic(write(dynamic(11, "car", CAR, drive(20)), site, building), {})
     assert [user.name for user in read.users] == ["11"]
     assert [prism.height for prism in read.street] == [1.0, 10.0]
     assert np.ptp(read.street[0].corners, axis=0) == pytest.approx([2.0, 6.0], abs=0.01)
@@ -134,6 +134,6 @@ def test_a_file_can_be_played(write):
 )
 def test_invalid_files_are_errors_of_one_line(write, inside, message):
     with pytest.raises(TrafficInputError) as error:
-        read_commonroad(write(inside), {})
+        read_traffic(write(inside), {})
     assert message in str(error.value)
     assert "\n" not in str(error.value)

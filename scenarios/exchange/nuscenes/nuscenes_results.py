@@ -15,7 +15,7 @@ from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import BoxTable, Texts, checked, lower_classes
 from luxloop.scenarios.exchange.json_file import number, number_list, read_json, text, value
-from luxloop.scenarios.exchange.nuscenes_names import CLASSES
+from luxloop.scenarios.exchange.nuscenes.nuscenes_names import CLASSES
 
 GLOBAL = "global"
 """Name of the axes of nuScenes: global coordinates of the map."""

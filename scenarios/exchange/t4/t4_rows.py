@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.scenarios.exchange.nuscenes_rows import Row, TableWriter, rotation
+from luxloop.scenarios.exchange.nuscenes.nuscenes_rows import Row, TableWriter, rotation
 from luxloop.scenarios.grading.plane_geometry import turned
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.sim.world import Actors, Kind, WorldFrame

@@ -1,0 +1,1 @@
+"""Plug-ins for luxloop: traffic on a circle, files of laps, and a tracker of patches."""

@@ -1,0 +1,40 @@
+"""Format `kitti`: labels, results and folders of the KITTI tracking benchmark."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from luxloop.scenarios.exchange.file_formats import first_line
+from luxloop.scenarios.exchange.file_role import Role
+
+if TYPE_CHECKING:
+    from luxloop.scenarios.exchange.box_table import BoxTable
+    from luxloop.scenarios.offline.recorded_run import RecordedRun
+
+BOX_SUFFIXES = (".txt",)
+FIELDS = 17
+"""Fields of a line of labels; results have a score as well."""
+
+
+def shows_boxes(path: Path, head: bytes) -> bool:
+    """Return True for a folder of sequences, and for lines of labels without commas."""
+    from luxloop.scenarios.exchange.kitti import kitti_folder
+
+    if path.is_dir():
+        return kitti_folder.is_kitti(path)
+    line = first_line(head)
+    words = line.split()
+    return b"," not in line and len(words) >= FIELDS and words[0].lstrip(b"-").isdigit()
+
+
+def read_boxes(path: Path, role: Role) -> "list[BoxTable]":
+    """Return the boxes of a sequence. See `BoxFormat`."""
+    from luxloop.scenarios.exchange.kitti import kitti_folder, kitti_labels
+
+    return [kitti_labels.read(kitti_folder.sequence(path, role) if path.is_dir() else path)]
+
+
+def export(run: "RecordedRun", folder: Path) -> None:
+    """Write a run as one sequence. See `RunFormat`."""
+    from luxloop.scenarios.exchange.kitti import kitti_export
+
+    kitti_export.export(run, folder)
