@@ -21,6 +21,10 @@ WRONG = {
         "The sensor imports nothing that makes traffic",
     ),
     "scenarios/grading/new.py": ("import rerun", "Only luxloop.scenarios.recording imports rerun"),
+    "scenarios/grading/newer.py": (
+        "import luxloop.scenarios.exchange.kitti.kitti_labels",
+        "Plug-ins are imported by entry points only",
+    ),
     "scenarios/files/new.py": ("import luxloop.scenarios.report.text", "Layers inside scenarios"),
     "scenarios/new_folder/__init__.py": ("", "Layers inside scenarios"),
 }

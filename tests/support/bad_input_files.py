@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 from support import short_run
 from support.bad_traffic_files import SHORT, STUDY, Files, as_csv, scenario
 from support.mutate_tables import parquet
+from support.optional import need
 
 
 def _made(*command: str) -> None:
@@ -105,6 +106,7 @@ def nuscenes_folder() -> Files:
 @cache
 def boxes_mcap() -> Files:
     """The run with truth and tracks as `luxloop mcap` writes it."""
+    need("mcap")
 
     def make(folder: Path) -> None:
         _unpack(run(), folder)
@@ -118,6 +120,7 @@ def boxes_mcap() -> Files:
 @cache
 def boxes_osi() -> Files:
     """The run with truth and tracks as `luxloop export --format osi` writes it."""
+    need("osi")
 
     def make(folder: Path) -> None:
         _unpack(run(), folder)

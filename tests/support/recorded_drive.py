@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+from support.optional import need
 
 RATE_HZ, SCANS, BEAMS = 10.0, 30, 720
 EGO_MPS, CAR_MPS = 5.0, 8.0
@@ -79,6 +80,7 @@ def messages(types):
 
 def write_ros1(path):
     """Write the drive as a ROS 1 bag."""
+    need("recordings")
     from rosbags.rosbag1 import Writer
     from rosbags.typesys import Stores, get_typestore
 
@@ -94,6 +96,7 @@ def write_ros1(path):
 
 def write_ros2(path, plugin="SQLITE3"):
     """Write the drive as a ROS 2 bag: a folder."""
+    need("recordings")
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 

@@ -10,17 +10,22 @@ from support import bad_input, bad_input_files, bad_traffic_files, warm_process
 from support.bad_input_child import run_case
 from support.mutate_content import BYTES, XML
 from support.mutate_tables import WAYS
+from support.optional import need
 
 FAST = 15
 """Mutations of each kind in `make test`."""
 MOST_MB = 1024.0
 MOST_S = 20.0
 TIMEOUT_S = 3600.0
+NEEDED = {"study": ("sweeps",), "boxes": ("mcap", "osi"), "imports": ("recordings",), "commonroad": ("commonroad",)}
+"""Extras by kind of input: valid files of these kinds are written or read by optional packages."""
 
 
 @pytest.mark.parametrize("kind", bad_input.KINDS)
 @pytest.mark.parametrize("share", ["some", pytest.param("all", marks=pytest.mark.soak)])
 def test_broken_input_is_refused_in_one_line(kind, share):
+    for extra in NEEDED.get(kind, ()):
+        need(extra)
     count = FAST if share == "some" else bad_input.ALL[kind]
     found = run_child(kind, 0, count)
     print(f"{kind}: {count} mutations, exit codes {found['codes']}, at most {max(found['peak_mb']):.0f} MB, "
@@ -57,6 +62,8 @@ def test_cases_are_repeatable_and_use_every_mutation():
 
 def test_the_valid_files_are_accepted(tmp_path, capfd):
     """A base that is itself refused would hide what its mutations do. Standard error is that of the process."""
+    for extra in {extra for extras in NEEDED.values() for extra in extras}:
+        need(extra)
     with capfd.disabled():
         assert_accepted(tmp_path)
 

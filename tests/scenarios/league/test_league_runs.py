@@ -6,6 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+
+pytest.importorskip("stonesoup", reason="the extra luxloop[league] is not installed")
+pytest.importorskip("norfair", reason="the extra luxloop[league] is not installed")
+
 from support import league_scenes
 
 from luxloop.scenarios.cli import main

@@ -6,6 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+pytest.importorskip("stonesoup", reason="the extra luxloop[league] is not installed")
+pytest.importorskip("norfair", reason="the extra luxloop[league] is not installed")
+
 from support.scripted_boxes import DT_S, ScriptedDetector, scans
 
 from luxloop.scenarios.league.entrants import Entrant, entrants

@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 from support import recorded_drive as drive
+from support.optional import need
 
 from luxloop.scenarios.cli import main
 
@@ -39,6 +40,7 @@ def pcd(folder):
 
 
 def capture(folder):
+    need("recordings")
     path = folder / "a.pcap"
     head = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1)
     path.write_bytes(head + 3 * (struct.pack("<IIII", 0, 0, 100, 100) + bytes(100)))
@@ -76,6 +78,8 @@ def test_an_empty_file_is_refused(kind, tmp_path, capsys):
 
 @pytest.mark.parametrize("kind", [*WRITERS, "lux"])
 def test_a_file_of_another_format_is_refused(kind, tmp_path, capsys):
+    if kind in ("bag", "ros2", "mcap", "pcap"):
+        need("recordings")
     suffix = {"bag": "bag", "ros2": "db3", "lux": "lux"}.get(kind, kind)
     path = tmp_path / f"a.{suffix}"
     path.write_text(
