@@ -12,14 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.detection.cell_memory import CellMemory
+from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.segmentation import SegmentationConfig, keep_only
-from luxloop.tracker.detection.straight_runs import WallConfig
-from luxloop.tracker.detection.walls import extents, split
+from luxloop.tracker.detection.walls import WallConfig, extents, split
 from luxloop.tracker.records import NOT_USED, Segments
 from luxloop.tracker.seen_through import seen_through
 
 EGO: tuple[float, float] = (0.0, 0.0)
+HALF = 1 << 32
+"""A cell's number is its column times this, plus its row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,3 +144,60 @@ class Background:
             loss = np.where(refuted, config.hit_log_odds, 0.0)
             self._memory.weaken(loss, 1.0, config.log_odds_min)
         return wall | self._memory.contains(cells), part
+
+
+class CellMemory:
+    """Sorted set of cells with log-odds."""
+
+    def __init__(self, pitch_m: float) -> None:
+        self._pitch_m = pitch_m
+        self.cells: Ints = np.empty(0, dtype=np.int64)
+        self.log_odds: Floats = np.empty(0)
+
+    def cell(self, points: Floats) -> Ints:
+        """(N,) cell number of each point (N, 2) [m]."""
+        place = np.floor(points / self._pitch_m).astype(np.int64)
+        return place[:, 0] * HALF + place[:, 1]
+
+    def centers(self) -> Floats:
+        """(C, 2) centres of the cells [m]."""
+        row = (self.cells + HALF // 2) % HALF - HALF // 2
+        return self._pitch_m * (np.stack([(self.cells - row) // HALF, row], axis=1) + 0.5)
+
+    def strengthen(self, cells: Ints, gain: float, largest: float) -> None:
+        """Add `gain` to the log-odds of distinct sorted `cells` (N,), 0 before if new, up to `largest`."""
+        new = cells[~self.contains(cells)]
+        place = np.searchsorted(self.cells, new)
+        self.cells = np.insert(self.cells, place, new)
+        self.log_odds = np.insert(self.log_odds, place, 0.0)
+        own = np.searchsorted(self.cells, cells)
+        self.log_odds[own] = np.minimum(self.log_odds[own] + gain, largest)
+
+    def weaken(self, loss: Floats, factor: float, smallest: float) -> None:
+        """Multiply the log-odds by `factor`, subtract `loss` (C,), and drop cells below `smallest`."""
+        log_odds = factor * self.log_odds - loss
+        kept = log_odds >= smallest
+        self.cells, self.log_odds = self.cells[kept], log_odds[kept]
+
+    def contains(self, cells: Ints) -> Bools:
+        """(N,) mask of cells in the set; a binary search, because a long drive adds very many."""
+        return contained(cells, self.cells)
+
+
+@kernel()
+def contained(cells: Ints, known: Ints) -> Bools:
+    """(N,) mask of the cells that are among the sorted `known` ones; a search serves all equal cells that follow."""
+    found = np.zeros(len(cells), np.bool_)
+    for i in range(len(cells)):
+        if i > 0 and cells[i] == cells[i - 1]:
+            found[i] = found[i - 1]
+        else:
+            place, end = 0, len(known)  # bisection: numpy's takes half a second to compile
+            while place < end:
+                middle = (place + end) // 2
+                if known[middle] < cells[i]:
+                    place = middle + 1
+                else:
+                    end = middle
+            found[i] = place < len(known) and known[place] == cells[i]
+    return found

@@ -7,12 +7,18 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.detection.box_covariance import corner_covariance, side_covariance
-from luxloop.tracker.detection.kernels.box_points import box_points
+from luxloop.tracker.arrays import Bools, Floats, Floats32, Ints
+from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.segmentation import by_segment, positions
-from luxloop.tracker.geometry import rotate
-from luxloop.tracker.records import Boxes, Candidates, Linkage, Segments
+from luxloop.tracker.geometry import QUARTER, inside, rotate
+from luxloop.tracker.kernels.odometry import placed
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments, SmallBoxes
+from luxloop.tracker.scan import Scan
+
+HEADING_PRIOR_STD = QUARTER / math.sqrt(12.0)
+"""Standard deviation of a heading with a uniform distribution over a quarter turn, the prior without points [rad]."""
+MARGIN_M = 0.3
+"""Extents of a segment exceed those of its object by range noise and by swinging legs [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +63,35 @@ class Selected(NamedTuple):
     """(B,) ego frame [rad]."""
     size: Floats
     """(B, 2) along and across heading [m]."""
+
+
+class BoxPoints(NamedTuple):
+    """Summary of the points of B boxes."""
+
+    support: Ints
+    """(B,) points on the fitted lines."""
+    time: Floats
+    """(B,) mean time of these [s]; 0 without any."""
+    cut: Bools
+    """(B, 2, 2) mask of ends, low and high, along and across heading, with a truncated one of these points."""
+    mean: Floats
+    """(B, 2) mean of all points [m]."""
+    viewpoint: Floats
+    """(B, 2) mean position of the units of all points [m]."""
+    extent: Floats
+    """(B, 2) extent of all points along and across heading [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class SuppressionConfig:
+    """Extent of the suppressed area behind a face."""
+
+    depth_m: float = 2.5
+    """Depth behind a face within which a box is a part of it [m]: a hood is 1 to 1.5 m long, a windscreen as deep."""
+    side_min_m: float = 1.5
+    """A box less deep than this shows a single face, and its true depth is unknown [m]."""
+    margin_m: float = 0.2
+    """Margin around the nearer box for the centre of a part [m]."""
 
 
 def vehicle_sized(candidates: Candidates, config: BoxConfig) -> Selected:
@@ -184,3 +219,144 @@ def nearest_corner(
     """
     sign = np.where(rotate(center - viewpoint, -heading) > 0.0, -1, 1)
     return center + rotate(0.5 * sign * size, heading), sign
+
+
+def side_covariance(from_corner: Floats, box: Ints, heading: Floats, noise_std_m: float, end_std_m: float) -> Floats:
+    """(B, 3, 3) covariance of corner x, y [m] and heading [rad], ego frame, by least squares on both sides.
+
+    In the box's frame, with its origin at the corner: when the box moves by (dx, dy) and turns about the corner, the
+    residual of a point at (u, 0) on one side changes by dy + u * dheading, that of a point at (0, v) on the other side
+    by dx - v * dheading. The sum of the outer products of these rows over the noise, plus the prior, is the information
+    matrix. Points scatter about a side by `noise_std_m`; an end without points has `end_std_m`.
+    """
+    u, v = rotate(from_corner, -heading[box]).T
+    lies_along, one, none = np.abs(v) <= np.abs(u), np.ones_like(u), np.zeros_like(u)
+    row = np.where(lies_along, [none, one, u], [one, none, -v]).T / noise_std_m
+    products = (row[:, :, None] * row[:, None, :]).reshape(-1, 9)
+    sums = np.stack([np.bincount(box, product, len(heading)) for product in products.T], axis=1)
+    prior = np.diag([end_std_m**-2, end_std_m**-2, HEADING_PRIOR_STD**-2])
+    information = prior + sums.reshape(-1, 3, 3)
+    turn = np.zeros_like(information)
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
+    turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0
+    return np.asarray(turn @ np.linalg.inv(information) @ turn.transpose(0, 2, 1))
+
+
+def corner_covariance(covariance: Floats, from_mean: Floats, end_std_m: float) -> Floats:
+    """(B, 3, 3) covariance of corner x, y [m] and heading [rad], ego frame, from that of fitted bodies.
+
+    A corner at `from_mean` (B, 2) from the mean of the points moves when the body turns about the mean. The end of a
+    side without points on the adjacent side has the prior `end_std_m`.
+    """
+    moved = np.zeros_like(covariance)
+    moved[:, 0, 0] = moved[:, 1, 1] = moved[:, 2, 2] = 1.0
+    moved[:, 0, 2], moved[:, 1, 2] = -from_mean[:, 1], from_mean[:, 0]
+    of_corner = moved @ covariance @ moved.transpose(0, 2, 1)
+    prior = np.diag([end_std_m**-2, end_std_m**-2, HEADING_PRIOR_STD**-2])
+    return np.asarray(np.linalg.inv(np.linalg.inv(of_corner) + prior))
+
+
+@kernel(error_model="numpy")
+def box_points(
+    points: Floats,
+    on_line: Bools,
+    truncated: Bools,
+    time: Floats,
+    viewpoint: Floats,
+    order: Ints,
+    start: Ints,
+    center: Floats,
+    heading: Floats,
+    size: Floats,
+    cut_margin: float,
+) -> BoxPoints:
+    """Summarise the points of B boxes.
+
+    Parameters
+    ----------
+    points, viewpoint
+        (N, 2) and (N, 2), ego frame [m].
+    on_line, truncated
+        (N,) masks of points on fitted lines, and at truncated ends.
+    time
+        (N,) [s].
+    order, start
+        Box b has the points order[start[b, 0]] to order[start[b, 1]], at least one.
+    center, heading, size
+        (B, 2) [m], (B,) [rad] and (B, 2) [m].
+    cut_margin
+        Maximum distance of a truncated point from its end [m].
+    """
+    boxes = len(center)
+    support, mean_time, cut = np.zeros(boxes, np.int64), np.zeros(boxes), np.zeros((boxes, 2, 2), np.bool_)
+    mean, view, extent = np.zeros((boxes, 2)), np.zeros((boxes, 2)), np.zeros((boxes, 2))
+    low, high = np.empty(2), np.empty(2)
+    for b in range(boxes):
+        cos, sin = math.cos(heading[b]), math.sin(heading[b])
+        low[:], high[:] = np.inf, -np.inf
+        for k in range(start[b, 0], start[b, 1]):
+            i = order[k]
+            x, y = points[i, 0] - center[b, 0], points[i, 1] - center[b, 1]
+            place = cos * x + sin * y, cos * y - sin * x
+            if on_line[i]:
+                support[b] += 1
+                mean_time[b] += time[i]
+            for axis in range(2):
+                low[axis], high[axis] = min(low[axis], place[axis]), max(high[axis], place[axis])
+                mean[b, axis] += points[i, axis]
+                view[b, axis] += viewpoint[i, axis]
+                end = 0.5 * size[b, axis] - cut_margin
+                if on_line[i] and truncated[i]:
+                    cut[b, axis, 0] = cut[b, axis, 0] or -place[axis] >= end
+                    cut[b, axis, 1] = cut[b, axis, 1] or place[axis] >= end
+        count = start[b, 1] - start[b, 0]
+        for axis in range(2):  # a loop: expressions of arrays take seconds to compile
+            mean[b, axis], view[b, axis] = mean[b, axis] / count, view[b, axis] / count
+            extent[b, axis] = high[axis] - low[axis]
+        mean_time[b] /= max(support[b], 1)
+    return BoxPoints(support, mean_time, cut, mean, view, extent)
+
+
+def in_shadow(boxes: Boxes, config: SuppressionConfig) -> Bools:
+    """(B,) mask of boxes inside another box that is nearer to the ego, or right behind its only visible face.
+
+    The nearer vehicle occupies that area.
+    """
+    depth = np.where(boxes.size < config.side_min_m, config.depth_m, 0.0)
+    away = rotate(-0.5 * boxes.corner_sign * depth, boxes.heading)
+    covered = inside(boxes.center_ego, boxes.center_ego + away, boxes.heading, boxes.size + depth + 2 * config.margin_m)
+    range_m = np.hypot(*boxes.corner_ego.T)
+    return np.asarray(np.any(covered & (range_m[:, None] > range_m), axis=1))
+
+
+def small_boxes(found: Detection, scan: Scan, longer_max_m: float, wider_max_m: float) -> SmallBoxes:
+    """Return the best rectangles of the segments that may be a person or a bicycle, odometry frame.
+
+    Parameters
+    ----------
+    found
+        Results of detection.
+    scan
+        The scan they come from.
+    longer_max_m, wider_max_m
+        Maximum length and width of a small road user [m].
+    """
+    candidates, segments = found.candidates, found.segments
+    length, width = candidates.size[np.arange(segments.count), candidates.best].T
+    longer, shorter = np.maximum(length, width), np.minimum(length, width)
+    kept = np.flatnonzero((longer <= longer_max_m + MARGIN_M) & (shorter <= wider_max_m + MARGIN_M))
+    best = kept, candidates.best[kept]
+    return SmallBoxes(
+        segment=kept,
+        center=placed(candidates.center_ego[best], scan.ego_pose_odom),
+        heading=candidates.heading[best] + scan.ego_pose_odom[2],
+        size=candidates.size[best],
+        time_offset=mean_times(segments, scan.time_offset)[kept] if len(kept) else np.zeros(0),
+    )
+
+
+def mean_times(segments: Segments, time_offset: Floats32) -> Floats:
+    """(S,) mean time of the points of each segment, relative to that of the scan [s]; 0 for an empty one."""
+    bins = segments.label + 1  # the first one is that of points in no segment
+    total, points = np.bincount(bins, time_offset, segments.count + 1), np.bincount(bins, None, segments.count + 1)
+    return np.asarray(total[1:] / np.maximum(points[1:], 1))

@@ -6,14 +6,15 @@ measure the car ahead 13 ms apart. If it keeps its distance, the raw points agre
 25 m/s, makes two rears 0.3 m apart.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from luxloop.tracker.arrays import Floats, Floats32, Ints
-from luxloop.tracker.detection.kernels.groups import means
-from luxloop.tracker.detection.kernels.sweep import without_ego_motion, without_motion
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.point_groups import means
 from luxloop.tracker.geometry import inside, rotate, wrap
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.records import NO_TRACK, Segments
@@ -103,3 +104,28 @@ def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:
     x, y = (middle[:, None, axis] - movers.center[:, axis] for axis in (0, 1))
     nearest = np.where(held, x * x + y * y, np.inf).argmin(axis=1)
     return np.where(held.any(axis=1), nearest, NO_TRACK)
+
+
+@kernel()
+def without_ego_motion(points: Floats, tau: Floats, velocity: Floats, yaw_rate: float) -> Floats:
+    """(N, 3) points measured `tau` (N,) [s] later by a body with that twist, in its current frame [m]."""
+    still = np.empty((len(points), 3))
+    for i in range(len(points)):
+        half, x, y = 0.5 * yaw_rate * tau[i], points[i, 0], points[i, 1]
+        cos, sin = math.cos(half), math.sin(half)
+        chord = 2.0 * sin / yaw_rate if yaw_rate != 0.0 else tau[i]
+        # Rotate by half the angle, move along the chord, and rotate by the other half.
+        x, y = cos * x - sin * y + chord * velocity[0], sin * x + cos * y + chord * velocity[1]
+        still[i, 0], still[i, 1], still[i, 2] = cos * x - sin * y, sin * x + cos * y, points[i, 2]
+    return still
+
+
+@kernel()
+def without_motion(points: Floats, tau: Floats, mover: Ints, velocity: Floats) -> Floats:
+    """(N, 3) points without the motion in `tau` (N,) [s] of their movers (N,), -1 for none, with velocities (T, 2)."""
+    still = points.copy()
+    for i in range(len(points)):
+        if mover[i] >= 0:
+            for axis in range(2):
+                still[i, axis] = points[i, axis] - velocity[mover[i], axis] * tau[i]
+    return still

@@ -22,16 +22,15 @@ from luxloop.tracker.detection.background import Background, BackgroundConfig
 from luxloop.tracker.detection.baselines import columns
 from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
 from luxloop.tracker.detection.body_fit import BodyFitConfig
-from luxloop.tracker.detection.boxes import BoxConfig
+from luxloop.tracker.detection.boxes import BoxConfig, SuppressionConfig, in_shadow
 from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
 from luxloop.tracker.detection.preprocess import PreprocessConfig
 from luxloop.tracker.detection.rectangles import RectangleConfig
 from luxloop.tracker.detection.segmentation import SegmentationConfig
 from luxloop.tracker.detection.selection import SelectionConfig
-from luxloop.tracker.detection.straight_runs import WallConfig
-from luxloop.tracker.detection.suppression import SuppressionConfig, in_shadow
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.detection.truncation import TruncationConfig
+from luxloop.tracker.detection.walls import WallConfig
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.merging import MergeConfig, Pieces
 from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments

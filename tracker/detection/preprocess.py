@@ -1,13 +1,13 @@
 """Preprocessing: drop points on the ground, on the ego, out of range, or flagged by the unit."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats
-from luxloop.tracker.detection.kernels.groups import positions
-from luxloop.tracker.detection.kernels.kept import kept_points
-from luxloop.tracker.detection.kernels.nearness import any_within
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.point_groups import any_within, positions
 from luxloop.tracker.scan import PointFlag, Scan
 
 
@@ -103,3 +103,21 @@ def inside(scan: Scan, kept: Bools, depth_m: float) -> Bools:
     weaker = scan.echo_pulse_width[behind] <= scan.echo_pulse_width[behind - 1]
     found[behind] = weaker & (distance <= depth_m)
     return found
+
+
+@kernel()
+def kept_points(points: Floats, time: Floats, flags: Ints, drop: int, range_max: float, half_size: Floats) -> Bools:
+    """(N,) mask of points (N, 3) to keep: finite, without a flag of `drop`, and in range.
+
+    Points within `half_size` (2,) of the origin along x and y are on the ego.
+    """
+    keep = np.zeros(len(points), np.bool_)
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        keep[i] = (
+            flags[i] & drop == 0
+            and math.isfinite(z + time[i])
+            and math.sqrt(x * x + y * y) <= range_max
+            and (abs(x) > half_size[0] or abs(y) > half_size[1])
+        )
+    return keep

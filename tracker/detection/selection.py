@@ -1,5 +1,6 @@
 """Best selection: choose among the candidate headings and refine the best."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -7,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection import body_fit
+from luxloop.tracker.detection.alignment import align
 from luxloop.tracker.detection.body_fit import BodyFitConfig
-from luxloop.tracker.detection.kernels.heading_search import align, side_distances
 from luxloop.tracker.detection.rectangles import Rectangles, measure
 from luxloop.tracker.detection.segmentation import by_segment, positions
 from luxloop.tracker.geometry import fold
@@ -109,3 +111,21 @@ def residual_variance(
     count = np.diff(offset)[:, None]
     mean, square = (np.add.reduceat(power, offset[:-1]) / count for power in (distance, distance**2))
     return np.asarray(square - mean**2)
+
+
+@kernel(error_model="numpy")
+def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
+    """(N, M) distance of points to the side of a rectangle along their line, moved to the median of the line.
+
+    Line g has points offset[g] to offset[g + 1] and candidate headings (G, M). The side has the direction of the
+    rectangle across which the points spread less.
+    """
+    distance = np.empty((len(points), heading.shape[1]))
+    for g in range(len(offset) - 1):
+        x, y = points[offset[g] : offset[g + 1], 0], points[offset[g] : offset[g + 1], 1]
+        for m in range(heading.shape[1]):
+            cos, sin = math.cos(heading[g, m]), math.sin(heading[g, m])
+            along, across = cos * x + sin * y, cos * y - sin * x
+            place = across if across.std() <= along.std() else along
+            distance[offset[g] : offset[g + 1], m] = np.abs(place - np.median(place))
+    return distance

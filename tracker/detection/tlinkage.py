@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.tracker.arrays import Floats
+from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.detection.kernels.bearings import even_subset
-from luxloop.tracker.detection.kernels.line_labels import label_lines
-from luxloop.tracker.detection.kernels.linkage import link_samples
-from luxloop.tracker.detection.linked_faces import label_faces
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.faces import label_faces
+from luxloop.tracker.detection.lines import label_lines
+from luxloop.tracker.detection.point_groups import even_subset
 from luxloop.tracker.detection.segmentation import by_segment
 from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import Linkage, Segments
@@ -109,3 +109,209 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     line = np.full(len(segments.label), -1, dtype=np.int64)
     line[order] = label
     return Linkage(line=line, heading=fold(heading))
+
+
+@kernel()
+def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
+    """Lines (M, 3) through pairs of points: unit normal and offset, so that |line . (x, y, 1)| is a distance.
+
+    Every point is paired with K others (uniforms is (>= N, K)), near ones with higher probability:
+    p ~ exp(-d^2 / reach^2) with reach = locality * (diagonal of the bounding box).
+    A point without another place in reach gives lines with an infinite offset.
+    """
+    count, repeats = len(points), uniforms.shape[1]
+    reach, lines = locality * diagonal(points), np.zeros((count * repeats, 3))
+    lines[:, 2] = np.inf
+    weight, cumulative = np.zeros((count, count)), np.empty(count)
+    for i in range(count):
+        for j in range(i):
+            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+            squared = dx * dx + dy * dy
+            if squared > 0.0:
+                weight[i, j] = weight[j, i] = math.exp(-squared / (reach * reach))
+    for i in range(count):
+        total = 0.0
+        for j in range(count):
+            total += weight[i, j]
+            cumulative[j] = total
+        if total == 0.0:
+            continue
+        for k in range(repeats):
+            j = first_above(cumulative, uniforms[i, k] * total)
+            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+            length = math.hypot(dx, dy)
+            lines[k * count + i, 0] = -dy / length
+            lines[k * count + i, 1] = dx / length
+            lines[k * count + i, 2] = (dy * points[i, 0] - dx * points[i, 1]) / length
+    return lines
+
+
+@kernel()
+def diagonal(points: Floats) -> float:
+    """Return the length of the diagonal of the box around points (N, 2 or more) [m]."""
+    low_x, low_y, high_x, high_y = np.inf, np.inf, -np.inf, -np.inf
+    for i in range(len(points)):
+        low_x, high_x = min(low_x, points[i, 0]), max(high_x, points[i, 0])
+        low_y, high_y = min(low_y, points[i, 1]), max(high_y, points[i, 1])
+    return math.hypot(high_x - low_x, high_y - low_y)
+
+
+@kernel()
+def first_above(cumulative: Floats, value: float) -> int:
+    """Return the index of the first of the ascending numbers (N,) above a value, by bisection."""
+    low, high = 0, len(cumulative)
+    while low < high:
+        middle = (low + high) // 2
+        if cumulative[middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@kernel()
+def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
+    """(M, N) preference of every point for every line, equation (1); a column contains the preferences of a point."""
+    table = np.zeros((len(lines), len(points)))
+    distance, near = np.empty(len(points)), np.empty(len(points) + 1, np.int64)
+    for h in range(len(lines)):
+        a, b, c, count = lines[h, 0], lines[h, 1], lines[h, 2], 0
+        for i in range(len(points)):  # no branch: which points are near is hard to predict
+            distance[i] = abs(a * points[i, 0] + b * points[i, 1] + c)
+            near[count] = i
+            count += distance[i] < tau
+        for k in range(count):
+            table[h, near[k]] = math.exp(-distance[near[k]] / tau)
+    return table
+
+
+@kernel()
+def products(table: Floats, i: int, stop: int, used: Ints, out: Floats) -> None:
+    """Write the inner products of column i with the first `stop` columns to `out`.
+
+    Four lines are added at once, in their order: a loop for each would take longer to start than to add. `used` is a
+    work array (>= M + 3,).
+    """
+    out[:], count = 0.0, 0
+    for h in range(table.shape[0]):
+        used[count] = h
+        count += table[h, i] > 0.0
+    for h in range(count, count + 3):
+        used[h] = -1
+    for first in range(0, count, 4):
+        a, b, c, d = used[first], used[first + 1], used[first + 2], used[first + 3]
+        at_a, at_b = table[a, i], table[b, i] if b >= 0 else 0.0
+        at_c, at_d = table[c, i] if c >= 0 else 0.0, table[d, i] if d >= 0 else 0.0
+        for j in range(stop):
+            out[j] = out[j] + at_a * table[a, j] + at_b * table[b, j] + at_c * table[c, j] + at_d * table[d, j]
+
+
+@kernel(error_model="numpy")
+def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
+    """Tanimoto distance, equation (2), from <p, q>, |p|^2 and |q|^2; 1 without common preferences."""
+    return 1.0 - product / (norm_p + norm_q - product) if product > 0.0 else 1.0
+
+
+@kernel()
+def nearest(distance: Floats, i: int) -> int:
+    """Column of the smallest distance in row i, the first of equals; that of i to itself is infinite.
+
+    The least of four distances at a time is kept, without branches: which is less is hard to predict.
+    """
+    row = distance[i]
+    a, b, c, d = row[0], row[1], row[2], row[3]
+    for j in range(4, len(row), 4):
+        a, b, c, d = min(a, row[j]), min(b, row[j + 1]), min(c, row[j + 2]), min(d, row[j + 3])
+    least, best = min(min(a, b), min(c, d)), 0
+    while row[best] > least:
+        best += 1
+    return best
+
+
+@kernel(error_model="numpy")
+def merge(
+    table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, count: int, used: Ints, row: Floats
+) -> None:
+    """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all.
+
+    The first `count` of `alive` are the clusters; `used` and `row` are work arrays.
+    """
+    for h in range(table.shape[0]):
+        table[h, p], table[h, q] = min(table[h, p], table[h, q]), 0.0
+    products(table, p, len(row), used, row)
+    norm[p], norm[q] = row[p], 0.0
+    for k in range(count):
+        j = alive[k]
+        distance[p, j] = distance[j, p] = tanimoto(row[j], norm[p], norm[j])
+        distance[q, j] = distance[j, q] = 1.0
+    distance[p, p] = np.inf
+
+
+@kernel()
+def without(alive: Ints, count: int, q: int) -> int:
+    """Remove q from the first sorted names of clusters, in place, and return the number of the rest."""
+    kept = 0
+    for k in range(count):
+        if alive[k] != q:
+            alive[kept] = alive[k]
+            kept += 1
+    return kept
+
+
+@kernel(error_model="numpy")
+def agglomerate(table: Floats) -> Ints:
+    """Merge the nearest clusters until all are orthogonal; (N,) cluster of each point, as the index of a member.
+
+    `table` (M, N) is overwritten. The nearest neighbour of every row is cached, so that a merge costs one row of inner
+    products and not a search of the whole matrix. A distance changes only when one of its two clusters was merged, and
+    that cluster searches its neighbour again, so the least distance is always in the cache of one of them.
+    """
+    count = table.shape[1]
+    label, alive = np.arange(count), np.arange(count)
+    distance, norm, row = np.ones((count, (count + 3) // 4 * 4)), np.empty(count), np.empty(count)
+    used = np.empty(table.shape[0] + 3, np.int64)
+    for i in range(count):
+        products(table, i, i + 1, used, row)
+        norm[i], distance[i, i] = row[i], np.inf
+        for j in range(i):
+            distance[i, j] = distance[j, i] = tanimoto(row[j], norm[i], norm[j])
+    neighbour, least = np.zeros(count, np.int64), np.ones(count)
+    for i in range(count if count > 1 else 0):
+        neighbour[i] = nearest(distance, i)
+        least[i] = distance[i, neighbour[i]]
+    rest = count
+    while count > 1:
+        p = alive[0]
+        lowest = least[p]
+        for k in range(rest):
+            if least[alive[k]] < lowest:
+                p, lowest = alive[k], least[alive[k]]
+        q = neighbour[p]
+        if lowest >= 1.0:
+            break
+        merge(table, distance, norm, p, q, alive, rest, used, row)
+        rest, least[q] = without(alive, rest, q), 1.0
+        for k in range(rest):
+            c = alive[k]
+            if c == p or neighbour[c] == p or neighbour[c] == q:
+                neighbour[c] = nearest(distance, c)
+                least[c] = distance[c, neighbour[c]]
+        for i in range(count):
+            label[i] = p if label[i] == q else label[i]
+    return label
+
+
+@kernel()
+def link_samples(sample: Floats, first: Ints, uniforms: Floats, locality: float, tau: float) -> Ints:
+    """(K,) cluster of each point of samples (K, 2 or more), as the index of a member within its segment.
+
+    Segment s has points first[s] to first[s + 1]; see `hypotheses` for the random numbers.
+    """
+    cluster = np.empty(len(sample), np.int64)
+    for s in range(len(first) - 1):
+        own = sample[first[s] : first[s + 1]]
+        lines = hypotheses(own, uniforms, locality)
+        label = agglomerate(preferences(own, lines, tau))
+        for i in range(len(label)):
+            cluster[first[s] + i] = label[i]
+    return cluster

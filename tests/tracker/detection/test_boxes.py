@@ -10,8 +10,7 @@ from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import boxes
-from luxloop.tracker.detection.box_covariance import side_covariance
-from luxloop.tracker.detection.boxes import BoxConfig, strays
+from luxloop.tracker.detection.boxes import BoxConfig, side_covariance, strays
 from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.records import Candidates, Linkage, Segments
 

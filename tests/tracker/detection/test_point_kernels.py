@@ -6,13 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_points as naive
 
-from luxloop.tracker.detection.kernels.bearings import even_subset
-from luxloop.tracker.detection.kernels.box_points import box_points
-from luxloop.tracker.detection.kernels.cells import contained
-from luxloop.tracker.detection.kernels.groups import by_group, extents_along, means
-from luxloop.tracker.detection.kernels.kept import kept_points
-from luxloop.tracker.detection.kernels.ordering import by_key, by_number
-from luxloop.tracker.detection.kernels.truncation import truncated_points
+from luxloop.tracker.detection.background import contained
+from luxloop.tracker.detection.boxes import box_points
+from luxloop.tracker.detection.point_groups import by_group, by_key, by_number, even_subset, extents_along, means
+from luxloop.tracker.detection.preprocess import kept_points
+from luxloop.tracker.detection.truncation import truncated_points
 
 seeds = st.integers(0, 10_000)
 

@@ -9,10 +9,8 @@ from support.shapes import l_shape, rotation
 from support.stages import fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import rectangles, tlinkage
-from luxloop.tracker.detection.kernels import criteria as kernels
-from luxloop.tracker.detection.kernels.hull import convex_hull as hull_of_sorted
-from luxloop.tracker.detection.kernels.sides import extents
-from luxloop.tracker.detection.rectangles import RectangleConfig
+from luxloop.tracker.detection.rectangles import RectangleConfig, extents
+from luxloop.tracker.detection.rectangles import convex_hull as hull_of_sorted
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.records import METHODS, Linkage, Segments
 
@@ -29,15 +27,15 @@ def convex_hull(points):
 
 
 def criteria(points, angle, floor=0.01):
-    score = np.empty((3, kernels.LANES))
-    angles = np.linspace(angle, angle + 1.0, kernels.LANES)
+    score = np.empty((3, rectangles.LANES))
+    angles = np.linspace(angle, angle + 1.0, rectangles.LANES)
     direction = np.array([np.cos(angles), np.sin(angles)])
-    kernels.criteria(points, kernels.mean_of(points), convex_hull(points), direction, floor, score)
+    rectangles.criteria(points, rectangles.mean_of(points), convex_hull(points), direction, floor, score)
     return score[:, 0]
 
 
 def headings(points, halvings=5):
-    return kernels.best_headings(points, np.array([0, len(points)]), GRID, 0.01, halvings)[0]
+    return rectangles.best_headings(points, np.array([0, len(points)]), GRID, 0.01, halvings)[0]
 
 
 def test_criteria_by_hand():

@@ -8,8 +8,7 @@ from support import naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
-from luxloop.tracker.detection import selection
-from luxloop.tracker.detection.kernels import heading_search as kernels
+from luxloop.tracker.detection import alignment, selection
 from luxloop.tracker.detection.rectangles import Rectangles
 from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.records import METHODS, Linkage, Segments
@@ -24,7 +23,7 @@ def choose(points, line, headings, variant="alignment"):
 
 
 def misalignment(points, heading, ray=(1.0, 0.0)):
-    return kernels.misalignment(
+    return alignment.misalignment(
         points, heading, np.array(ray), 0.08, 0.03, np.empty(len(points)), np.empty(len(points))
     )
 
@@ -56,7 +55,7 @@ def test_a_point_at_half_the_kernel_radius_counts_nine_sixteenths():
 
 def local_density(place):
     out = np.empty(len(place))
-    kernels.local_density(place, 0.08, out)
+    alignment.local_density(place, 0.08, out)
     return out
 
 
@@ -130,7 +129,7 @@ def test_the_paper_variant_refines_no_heading():
 def test_distances_equal_the_reference(seed, count, headings):
     rng = np.random.default_rng(seed)
     lines = [rng.normal((20.0, 5.0), (2.0, 0.3), (n, 2)) @ rotation(0.3).T for n in (count, 7)]
-    ours = kernels.side_distances(np.concatenate(lines), np.array([0, count, count + 7]), np.array([headings] * 2))
+    ours = selection.side_distances(np.concatenate(lines), np.array([0, count, count + 7]), np.array([headings] * 2))
     twin = [[naive_fit.side_distances(points, heading) for heading in headings] for points in lines]
     np.testing.assert_allclose(ours, np.concatenate([np.transpose(block) for block in twin]), atol=1e-9)
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.detection.boxes import nearest_corner
-from luxloop.tracker.detection.suppression import SuppressionConfig, in_shadow
+from luxloop.tracker.detection.boxes import SuppressionConfig, in_shadow, nearest_corner
 from luxloop.tracker.records import Boxes
 
 CONFIG = SuppressionConfig()

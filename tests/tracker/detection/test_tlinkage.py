@@ -10,8 +10,7 @@ from support import naive_faces, naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import off_quarter, one_segment
 
-from luxloop.tracker.detection import linked_faces, tlinkage
-from luxloop.tracker.detection.kernels import faces, lines, linkage, outline
+from luxloop.tracker.detection import faces, lines, tlinkage
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.records import Segments
 
@@ -36,28 +35,28 @@ def noisy_l(seed, heading=0.3, std=0.025):
 def test_preference_by_hand():
     """Equation (1): 1 on the line, e^-1/2 at half the threshold, 0 at the threshold."""
     points = np.array([[3.0, 0.0], [-1.0, 0.05], [7.0, 0.1], [2.0, -0.3]])
-    table = linkage.preferences(points, np.array([[0.0, 1.0, 0.0]]), 0.1)
+    table = tlinkage.preferences(points, np.array([[0.0, 1.0, 0.0]]), 0.1)
     np.testing.assert_allclose(table, [[1.0, 0.6065306597126334, 0.0, 0.0]])
 
 
 def test_tanimoto_by_hand():
     """Equation (2): of (1, 1, 0) and (1, 0, 1), <p, q> = 1 and |p|^2 = |q|^2 = 2, so d = 1 - 1 / (2 + 2 - 1)."""
-    assert linkage.tanimoto(1.0, 2.0, 2.0) == pytest.approx(2.0 / 3.0)
-    assert linkage.tanimoto(2.0, 2.0, 2.0) == 0.0
-    assert linkage.tanimoto(0.0, 0.0, 0.0) == 1.0
+    assert tlinkage.tanimoto(1.0, 2.0, 2.0) == pytest.approx(2.0 / 3.0)
+    assert tlinkage.tanimoto(2.0, 2.0, 2.0) == 0.0
+    assert tlinkage.tanimoto(0.0, 0.0, 0.0) == 1.0
 
 
 def test_merging_by_hand():
     """Points 0 and 1 share both their lines, 2 shares one with them at half strength; 3 is orthogonal to all."""
     table = np.array([[1.0, 1.0, 0.5, 0.0], [1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    label = linkage.agglomerate(table)
+    label = tlinkage.agglomerate(table)
     assert label[0] == label[1] == label[2] != label[3]
 
 
 def test_merged_preference_is_the_minimum():
     """0-1 merge first and agree on line 0 only; 2 shares line 1 only with 1, so it stays separate."""
     table = np.array([[1.0, 0.9, 0.0], [0.0, 0.6, 1.0]])
-    label = linkage.agglomerate(table)
+    label = tlinkage.agglomerate(table)
     assert label[0] == label[1] != label[2]
 
 
@@ -74,7 +73,7 @@ def test_stages_equal_the_reference(seed):
     rng = np.random.default_rng(seed)
     points = np.concatenate([noisy_l(seed)[::2], rng.uniform((8, 3), (14, 8), (8, 2))])
     uniforms = rng.random((len(points), 3))
-    hypotheses = linkage.hypotheses(points, uniforms, 0.25)
+    hypotheses = tlinkage.hypotheses(points, uniforms, 0.25)
     partner = naive_fit.hypotheses(points, uniforms, 0.25).ravel()
     owner = np.tile(np.arange(len(points)), 3)
     for line, i, j in zip(hypotheses, owner, partner, strict=True):
@@ -82,10 +81,10 @@ def test_stages_equal_the_reference(seed):
         assert abs(line[:2] @ points[j] + line[2]) < 1e-9
         assert np.hypot(*line[:2]) == pytest.approx(1.0)
 
-    table = linkage.preferences(points, hypotheses, 0.08)
+    table = tlinkage.preferences(points, hypotheses, 0.08)
     np.testing.assert_allclose(table, naive_fit.preferences(points, hypotheses, 0.08), atol=1e-12)
 
-    label = linkage.agglomerate(table.copy())
+    label = tlinkage.agglomerate(table.copy())
     found = {frozenset(np.flatnonzero(label == name).tolist()) for name in np.unique(label)}
     assert found == naive_fit.agglomerate(table)
 
@@ -100,7 +99,7 @@ def test_merging_equals_the_reference_for_any_preferences(seed, count, density):
     """Cached neighbours must never hide the least distance."""
     rng = np.random.default_rng(seed)
     table = rng.random((6, count)) * (rng.random((6, count)) < density)
-    label = linkage.agglomerate(table.copy())
+    label = tlinkage.agglomerate(table.copy())
     assert {frozenset(np.flatnonzero(label == name).tolist()) for name in label} == naive_fit.agglomerate(table)
 
 
@@ -112,8 +111,8 @@ def car_and_clusters(seed, config, step=1):
     points, _ = scan_car(car, rng)
     points = points[np.argsort(np.arctan2(points[:, 1], points[:, 0]))]
     sample = points[::step]
-    drawn = linkage.hypotheses(sample, tlinkage.uniforms(0, len(sample), 2), config.locality)
-    cluster = linkage.agglomerate(linkage.preferences(sample, drawn, config.tau_m))
+    drawn = tlinkage.hypotheses(sample, tlinkage.uniforms(0, len(sample), 2), config.locality)
+    cluster = tlinkage.agglomerate(tlinkage.preferences(sample, drawn, config.tau_m))
     names = sorted(np.unique(cluster), key=lambda name: (-np.sum(cluster == name), name))
     return points, cluster, [sample[cluster == name] for name in names]
 
@@ -141,12 +140,12 @@ def test_faces_equal_the_reference(seed):
     noise = np.array([config.range_std_m, config.flatness_m])
     limits = (noise, config.gate, config.curve_depth_m, config.curve_beyond_m)
     offset, first = np.array([0, len(points)]), np.array([0, len(chosen)])
-    found = linked_faces.best_corners(points, offset, chosen, first, cluster, noise, config)
+    found = faces.best_corners(points, offset, chosen, first, cluster, noise, config)
     twin = naive_faces.best_corner(points, clusters, chosen, config.tau_m, *limits, config.length_min_m)
     np.testing.assert_allclose(found[0], twin, atol=1e-9)
 
     uncertainty, information = faces.fit_corners(points, offset, found, noise, np.array([config.gate]))
-    linked_faces.put_dominant_first(found, uncertainty, information)
+    faces.put_dominant_first(found, uncertainty, information)
     twin, twin_uncertainty = naive_faces.fit_corner(points, twin, noise, config.gate)
     np.testing.assert_allclose(found[0], twin, atol=1e-6)
     np.testing.assert_allclose(
@@ -159,7 +158,7 @@ def test_faces_equal_the_reference(seed):
     height = np.random.default_rng(seed).uniform(0.3, 1.2, (len(points), 1))
     gate, reach, pitch = np.array([config.gate]), limits[2:], np.deg2rad(config.pitch_deg)
     for cloud in (points, np.hstack([points, height])):
-        label, _ = outline.label_bodies(cloud, offset, found, uncertainty, noise, gate, *reach, pitch)
+        label, _ = faces.label_bodies(cloud, offset, found, uncertainty, noise, gate, *reach, pitch)
         np.testing.assert_array_equal(
             label, naive_faces.label_body(cloud, found[0], uncertainty[0], *limits, np.deg2rad(0.25))
         )

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from luxloop.tracker.detection.background import Background, BackgroundConfig
-from luxloop.tracker.detection.kernels.nearness import any_within
+from luxloop.tracker.detection.point_groups import any_within
 from luxloop.tracker.detection.segmentation import SegmentationConfig, segment
-from luxloop.tracker.detection.straight_runs import WallConfig, straight_runs
+from luxloop.tracker.detection.walls import WallConfig, straight_runs
 from luxloop.tracker.records import NOT_USED
 
 BEAM = np.radians(0.25)

@@ -6,8 +6,7 @@ from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
 from luxloop.tracker.detection.baselines.principal_axes import direction
 from luxloop.tracker.detection.baselines.ransac_lines import distances
-from luxloop.tracker.detection.kernels.linkage import agglomerate, hypotheses
-from luxloop.tracker.detection.tlinkage import LinkageConfig, uniforms
+from luxloop.tracker.detection.tlinkage import LinkageConfig, agglomerate, hypotheses, uniforms
 
 SAMPLING = LinkageConfig()
 """Settings of the hypotheses, as for T-linkage."""

@@ -5,7 +5,7 @@ import numpy as np
 from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
 from luxloop.tracker.detection.baselines.principal_axes import direction
-from luxloop.tracker.detection.kernels.lines import fit_line
+from luxloop.tracker.detection.lines import fit_line
 
 SIDES = 2
 """Number of lines: at most two sides of a vehicle are visible at once."""

@@ -25,6 +25,12 @@ LINE_GATE = 4.0
 """Gate on the points that give a scan line its offset, in standard deviations."""
 EXPONENT_MAX = 40.0
 """Maximum exponent of a likelihood, against underflow."""
+TURN_MAX = math.radians(6.0)
+"""Maximum turn in one iteration [rad]; the equations are linear in small angles."""
+DEPTH_STD = 10.0
+"""Standard deviation of the depth of a face without points [m]: it is unknown."""
+HEADING_STD = 0.5 * math.pi / math.sqrt(12.0)
+"""Standard deviation of a heading without points, uniform over a quarter turn [rad]."""
 
 
 class BodyShape(NamedTuple):
@@ -158,3 +164,152 @@ def cost(start: Ints, state: Floats, prior: Floats, flank: int, shape: BodyShape
         for a in range(2):
             total += 0.5 * ((state[2 + a + 3 * k] - prior[k, 2 * a]) / prior[k, 2 * a + 1]) ** 2
     return float(total + 0.5 * (max(prior[1 - flank, 4] - shape.width_max, 0.0) / shape.line_std) ** 2)
+
+
+@kernel(error_model="numpy")
+def weigh(found: Floats, scale: float, shape: BodyShape) -> None:
+    """Write the weights of points: their probability of being on the face, over the variance; 0 for outliers."""
+    for i in range(found.shape[1]):
+        depth, variance = found[DEPTH, i], scale * scale * found[VARIANCE, i]
+        if depth <= 0.0 and 0.5 * depth * depth > shape.cost_max * variance:
+            found[WEIGHT, i] = 0.0
+        else:
+            found[WEIGHT, i] = 1.0 / (variance * (1.0 + odds_inside(depth, variance, shape)))
+
+
+@kernel(inline="always", error_model="numpy")
+def add_line(
+    found: Floats, first: int, last: int, k: int, state: Floats, side: Floats, line_std: float, information: Floats,
+    gradient: Floats,
+) -> None:  # fmt: skip
+    """Add the points `first` to `last` on face k, a scan line, to the normal equations, without the line's offset.
+
+    The Jacobian of the depth d is (r, -1, s, t) by heading, depth, curvature and middle.
+    """
+    f = 1 + 3 * k
+    bow, middle, sign = 2.0 * state[f + 1], state[f + 2], side[k]
+    sum_1, sum_r, sum_s, sum_t, sum_d, sum_rd, sum_sd, sum_td = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    sum_rr, sum_rs, sum_rt, sum_ss, sum_st, sum_tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0  # all are weighted
+    for i in range(first, last):
+        if found[FACE, i] == k:
+            d, w, offset = found[DEPTH, i], found[WEIGHT, i], found[PLACE, i] - middle
+            s, t = -offset * offset, bow * offset
+            r = t * found[ASIDE, i] + sign * found[PLACE, i]
+            r = -r if k == 0 else r
+            wr, ws, wt = w * r, w * s, w * t
+            sum_1, sum_r, sum_s, sum_t = sum_1 + w, sum_r + wr, sum_s + ws, sum_t + wt
+            sum_d, sum_rd, sum_sd, sum_td = sum_d + w * d, sum_rd + wr * d, sum_sd + ws * d, sum_td + wt * d
+            sum_rr, sum_rs, sum_rt = sum_rr + wr * r, sum_rs + wr * s, sum_rt + wr * t
+            sum_ss, sum_st, sum_tt = sum_ss + ws * s, sum_st + ws * t, sum_tt + wt * t
+    if sum_1 <= 0.0:
+        return
+    kept = 1.0 / (1.0 + sum_1 * line_std**2)  # the offset takes the rest
+    share = kept * line_std**2
+    information[0, 0] += sum_rr - share * sum_r * sum_r
+    information[f, 0] -= kept * sum_r
+    information[f + 1, 0] += sum_rs - share * sum_r * sum_s
+    information[f + 2, 0] += sum_rt - share * sum_r * sum_t
+    information[f, f] += kept * sum_1
+    information[f + 1, f] -= kept * sum_s
+    information[f + 2, f] -= kept * sum_t
+    information[f + 1, f + 1] += sum_ss - share * sum_s * sum_s
+    information[f + 2, f + 1] += sum_st - share * sum_s * sum_t
+    information[f + 2, f + 2] += sum_tt - share * sum_t * sum_t
+    gradient[0] -= sum_rd - share * sum_r * sum_d
+    gradient[f] += kept * sum_d
+    gradient[f + 1] -= sum_sd - share * sum_s * sum_d
+    gradient[f + 2] -= sum_td - share * sum_t * sum_d
+
+
+@kernel(error_model="numpy")
+def normal_equations(
+    start: Ints,
+    state: Floats,
+    side: Floats,
+    prior: Floats,
+    scale: float,
+    shape: BodyShape,
+    found: Floats,
+    information: Floats,
+    gradient: Floats,
+) -> None:
+    """Write information matrix (7, 7), lower triangle, and gradient (7,) of the state, with priors, without offsets."""
+    information[:], gradient[:] = 0.0, 0.0
+    weigh(found, scale, shape)
+    for g in range(len(start) - 1):
+        for k in range(2):
+            add_line(found, start[g], start[g + 1], k, state, side, shape.line_std, information, gradient)
+    information[0, 0] += 1.0 / HEADING_STD**2
+    for k in range(2):
+        information[1 + 3 * k, 1 + 3 * k] += 1.0 / DEPTH_STD**2
+        for a in range(2):
+            at, certainty = 2 + a + 3 * k, 1.0 / prior[k, 2 * a + 1] ** 2
+            information[at, at] += certainty
+            gradient[at] += (prior[k, 2 * a] - state[at]) * certainty
+
+
+@kernel(error_model="numpy")
+def fit_body(
+    beams: Beams,
+    start: Ints,
+    state: Floats,
+    side: Floats,
+    flank: int,
+    rounds: int,
+    scale: float,
+    shape: BodyShape,
+    information: Floats,
+) -> float:
+    """Improve a state (7,); return its cost, and write the Cholesky factor of its information matrix (7, 7).
+
+    Parameters
+    ----------
+    flank
+        Face that is a flank; the other is a front or rear.
+    scale
+        Factor of the noise in the first round, halved from round to round down to 1: a narrow start finds local
+        minima. Above 1, curvature and middle of the faces start at their priors.
+    """
+    found, prior, step = np.empty((RESIDUALS, len(beams.x))), np.empty((2, 5)), np.empty(STATES)
+    for turn in range(rounds + 1):  # the last one only writes what the cost needs
+        residuals(beams, state, side, shape, found)
+        face_priors(found, state, side, flank, shape, prior)
+        if turn == rounds:
+            break
+        if turn == 0 and scale > 1.0:
+            for k in range(2):
+                state[2 + 3 * k], state[3 + 3 * k] = prior[k, 0], prior[k, 2]
+        noise_scale = max(1.0, scale * 0.5**turn)
+        normal_equations(start, state, side, prior, noise_scale, shape, found, information, step)
+        factor(information)
+        solve(information, step)
+        shortened = min(1.0, TURN_MAX / max(abs(step[0]), 1e-12))
+        for a in range(STATES):
+            state[a] += step[a] * shortened
+    return cost(start, state, prior, flank, shape, found)
+
+
+@kernel(error_model="numpy")
+def factor(matrix: Floats) -> None:
+    """Replace the lower triangle of a symmetric positive definite matrix (n, n) by its Cholesky factor."""
+    for i in range(len(matrix)):
+        for j in range(i + 1):
+            rest = matrix[i, j]
+            for k in range(j):
+                rest -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = math.sqrt(rest) if i == j else rest / matrix[j, j]
+
+
+@kernel(error_model="numpy")
+def solve(triangle: Floats, vector: Floats) -> None:
+    """Replace a vector (n,) by the solution x of L L^T x = vector, with the Cholesky factor L in `triangle`."""
+    for i in range(len(vector)):
+        rest = vector[i]
+        for k in range(i):
+            rest -= triangle[i, k] * vector[k]
+        vector[i] = rest / triangle[i, i]
+    for i in range(len(vector) - 1, -1, -1):
+        rest = vector[i]
+        for k in range(i + 1, len(vector)):
+            rest -= triangle[k, i] * vector[k]
+        vector[i] = rest / triangle[i, i]

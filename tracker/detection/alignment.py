@@ -1,4 +1,4 @@
-"""Kernels of best selection."""
+"""Alignment of the points of a segment along and across a heading: the density of their projections."""
 
 import math
 
@@ -15,24 +15,6 @@ TURN_MAX = math.radians(2.0)
 """First step of the refinement [rad]; all steps together turn a heading by at most twice as much."""
 HALVINGS = 7
 """Steps of the refinement; the last is 1/32 of a degree."""
-
-
-@kernel(error_model="numpy")
-def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
-    """(N, M) distance of points to the side of a rectangle along their line, moved to the median of the line.
-
-    Line g has points offset[g] to offset[g + 1] and candidate headings (G, M). The side has the direction of the
-    rectangle across which the points spread less.
-    """
-    distance = np.empty((len(points), heading.shape[1]))
-    for g in range(len(offset) - 1):
-        x, y = points[offset[g] : offset[g + 1], 0], points[offset[g] : offset[g + 1], 1]
-        for m in range(heading.shape[1]):
-            cos, sin = math.cos(heading[g, m]), math.sin(heading[g, m])
-            along, across = cos * x + sin * y, cos * y - sin * x
-            place = across if across.std() <= along.std() else along
-            distance[offset[g] : offset[g + 1], m] = np.abs(place - np.median(place))
-    return distance
 
 
 @kernel(inline="always", error_model="numpy")
