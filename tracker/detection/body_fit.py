@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.bounds import require_within
@@ -14,9 +13,7 @@ from luxloop.tracker.detection.alignment import misalignments
 from luxloop.tracker.detection.bowed_faces import STATES, Beams, BodyShape, fit_body, solve
 from luxloop.tracker.detection.faces import EGO_REACH
 from luxloop.tracker.detection.point_groups import by_group, columns, even_subset, means
-from luxloop.tracker.detection.segmentation import by_segment, positions
-from luxloop.tracker.records import Segments
-from luxloop.tracker.scan import Scan
+from luxloop.tracker.records import SegmentedPoints
 
 SAMPLE_MAX = 48
 """Points of the first fits; the last ones use all points."""
@@ -115,47 +112,16 @@ class BodyFit(NamedTuple):
     """(S, 3, 3) of x, y [m] and heading [rad], ego frame, of a body that turns about the mean of its points."""
 
 
-def scan_lines(scan: Scan) -> Ints:
-    """(N,) number of each point's scan line, one per unit and layer."""
-    layers = int(scan.layer.max(initial=0)) + 1
-    return np.asarray(scan.unit.astype(np.int64) * layers + scan.layer)
-
-
-def fit(
-    points_ego: npt.NDArray[np.floating],
-    scan_line: Ints,
-    segments: Segments,
-    heading: Floats,
-    reach_m: float,
-    edge_m: float,
-    config: BodyFitConfig,
-) -> BodyFit:
+def fit(points: SegmentedPoints, heading: Floats, reach_m: float, edge_m: float, config: BodyFitConfig) -> BodyFit:
     """Fit the body of each segment, from the best of its candidate headings (S, M).
 
     The cost is the negative log-likelihood of the points under `bowed_faces`, plus the weighted misalignment, with
     kernel radius `reach_m` and `edge_m` at grazing incidence [m]. The order of the points has no effect.
-
-    Parameters
-    ----------
-    points_ego
-        (N, 2 or more columns) [m].
-    scan_line
-        (N,) scan line of each point, 0 and up.
     """
-    order, offset = by_segment(segments)
-    found = search_bodies(
-        positions(points_ego, order),
-        np.asarray(scan_line[order], dtype=np.int64),
-        segments.label[order],
-        offset,
-        np.ascontiguousarray(heading),
-        _shape(config),
-        np.array([reach_m, edge_m, config.alignment_weight]),
-        config.temperature,
-    )
-    fitted = BodyFit(*found)
-    fitted.covariance[:, 2, 2] += config.asymmetry_std_rad**2
-    return fitted
+    alignment = np.array([reach_m, edge_m, config.alignment_weight])
+    found = search_bodies(points, np.ascontiguousarray(heading), _shape(config), alignment, config.temperature)
+    found.covariance[:, 2, 2] += config.asymmetry_std_rad**2
+    return found
 
 
 def _shape(config: BodyFitConfig) -> BodyShape:
@@ -182,57 +148,47 @@ def _shape(config: BodyFitConfig) -> BodyShape:
 
 
 def search_bodies(
-    points: Floats, line: Ints, segment: Ints, offset: Ints, heading: Floats, shape: BodyShape, alignment: Floats,
-    temperature: float,
-) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    points: SegmentedPoints, heading: Floats, shape: BodyShape, alignment: Floats, temperature: float
+) -> BodyFit:
     """Find the body of each of S segments.
 
     Parameters
     ----------
-    points
-        (N, 2) grouped by segment, ego frame [m].
-    line, segment
-        (N,) scan line of each point, 0 and up; (N,) its segment.
-    offset
-        (S + 1,) first point of each segment, and N.
     heading
         (S, M) candidates [rad].
     alignment
         (3,) reach and flatness of `misalignment` [m], and its weight beside the cost of a body.
     temperature
         Difference of cost at which another result is e times less likely.
-
-    Returns
-    -------
-    tuple
-        Heading (S,) [rad], its cost per point (S,), and the covariance (S, 3, 3) of x, y and heading [m, rad].
     """
-    found, owner = plausible_fits(points, line, segment, offset, heading, shape, alignment)
-    order = by_line(line, segment)
-    points, line, size = points.take(order, axis=0), line.take(order), np.diff(offset)
-    center = means(points, segment, len(heading))
-    triangle = fit_bodies(points, line, offset, center, found, owner, LAST_ROUNDS, 1.0, shape)
-    aligned = misalignments(points, offset, found[:, STATE].copy(), owner, directions(center), alignment)
+    found, owner = plausible_fits(points, heading, shape, alignment)
+    segment, offset = points.label, points.offset
+    order = by_line(points.scan_line, segment)
+    xy, line, size = points.xy.take(order, axis=0), points.scan_line.take(order), np.diff(offset)
+    center = means(xy, segment, len(heading))
+    triangle = fit_bodies(xy, line, offset, center, found, owner, LAST_ROUNDS, 1.0, shape)
+    aligned = misalignments(xy, offset, found[:, STATE].copy(), owner, directions(center), alignment)
     found[:, COST] += alignment[2] * size[owner] * aligned
     best, covariance, turn = best_bodies(found, first_of_each(owner, len(heading)), triangle, temperature)
-    return found[best, STATE], found[best, COST] / size, turn @ covariance @ turn.transpose(0, 2, 1)
+    return BodyFit(found[best, STATE], found[best, COST] / size, turn @ covariance @ turn.transpose(0, 2, 1))
 
 
 def plausible_fits(
-    points: Floats, line: Ints, segment: Ints, offset: Ints, heading: Floats, shape: BodyShape, alignment: Floats
+    points: SegmentedPoints, heading: Floats, shape: BodyShape, alignment: Floats
 ) -> tuple[Floats, Ints]:
     """Fit bodies to subsets of segments from the best aligned headings; return the cheapest ones, and their segments.
 
     Faces are flat at first, behind a small share of the points.
     """
-    center = means(points, segment, len(heading))
-    chosen, first = even_subset(points, offset, SAMPLE_MAX)
-    chosen = chosen[by_line(line[chosen], segment[chosen])]
-    sample, candidates = points.take(chosen, axis=0), np.repeat(np.arange(len(heading)), heading.shape[1])
+    segment = points.label
+    center = means(points.xy, segment, len(heading))
+    chosen, first = even_subset(points.xy, points.offset, SAMPLE_MAX)
+    chosen = chosen[by_line(points.scan_line[chosen], segment[chosen])]
+    sample, candidates = points.xy.take(chosen, axis=0), np.repeat(np.arange(len(heading)), heading.shape[1])
     aligned = misalignments(sample, first, heading.ravel(), candidates, directions(center), alignment)
     order = np.argsort(aligned.reshape(heading.shape), axis=1, kind="stable")
     found, owner = first_hypotheses(sample, first, center, heading, order)
-    fit_bodies(sample, line[chosen], first, center, found, owner, FIRST_ROUNDS, FIRST_SCALE, shape)
+    fit_bodies(sample, points.scan_line[chosen], first, center, found, owner, FIRST_ROUNDS, FIRST_SCALE, shape)
     cheap = np.lexsort((found[:, COST], owner))
     cheap = cheap[plausible(found[cheap, COST], first_of_each(owner, len(heading)), owner)]
     return found[cheap], owner[cheap]

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from luxloop.tracker.arrays import Bools, Floats, Floats32, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.detection.segmentation import by_segment, positions
 from luxloop.tracker.geometry import QUARTER, inside, rotate
 from luxloop.tracker.kernels.odometry import placed
-from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments, SmallBoxes
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments, SmallBoxes
 from luxloop.tracker.scan import Scan
 
 HEADING_PRIOR_STD = QUARTER / math.sqrt(12.0)
@@ -52,19 +50,6 @@ class BoxConfig:
             raise ValueError("noise_std_m and end_std_m must be above 0")
 
 
-class Selected(NamedTuple):
-    """Best rectangles of B segments."""
-
-    segment: Ints
-    """(B,) segment of each."""
-    center: Floats
-    """(B, 2) ego frame [m]."""
-    heading: Floats
-    """(B,) ego frame [rad]."""
-    size: Floats
-    """(B, 2) along and across heading [m]."""
-
-
 class BoxPoints(NamedTuple):
     """Summary of the points of B boxes."""
 
@@ -94,59 +79,18 @@ class SuppressionConfig:
     """Margin around the nearer box for the centre of a part [m]."""
 
 
-def vehicle_sized(candidates: Candidates, config: BoxConfig) -> Selected:
-    """Return the best rectangle of each segment, without those that are not of vehicle size."""
-    each = np.arange(len(candidates.best))
-    center, heading, size = (
-        field[each, candidates.best] for field in (candidates.center_ego, candidates.heading, candidates.size)
-    )
-    shorter, longer = size.min(axis=1), size.max(axis=1)
-    fits = (longer <= config.longer_max_m) & (longer >= config.longer_min_m) & (shorter <= config.shorter_max_m)
-    kept = np.flatnonzero(fits)
-    return Selected(kept, center[kept], heading[kept], size[kept])
-
-
-def build(
-    points_ego: npt.NDArray[np.floating],
-    time_offset: npt.NDArray[np.floating],
-    segments: Segments,
-    linkage: Linkage,
-    candidates: Candidates,
-    cut_off: Bools,
-    config: BoxConfig,
-    viewpoints: Floats | None = None,
-) -> Boxes:
+def build(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, config: BoxConfig) -> Boxes:
     """Return the boxes of segments whose best rectangle has the size of a vehicle.
 
     A view of a single side gives a box with one tiny side.
-
-    Parameters
-    ----------
-    points_ego
-        (N, 2 or more columns) [m].
-    time_offset
-        (N,) time of each point minus time of the scan [s].
-    cut_off
-        (N,) mask of points at truncated ends.
-    viewpoints
-        (N, 2) position of the unit of each point [m]; the ego's centre if None.
     """
-    kept, center, heading, size = vehicle_sized(candidates, config)
-    order, start = by_segment(segments)
-    units = np.zeros((len(points_ego), 2)) if viewpoints is None else viewpoints
-    seen = box_points(
-        np.asarray(points_ego[:, :2], dtype=np.float64, order="C"),
-        linkage.line >= 0,
-        cut_off,
-        np.asarray(time_offset, dtype=np.float64),
-        units,
-        order,
-        np.stack([start[kept], start[kept + 1]], axis=1),
-        center,
-        heading,
-        size,
-        config.cut_margin_m,
-    )
+    kept = vehicle_sized(candidates, config)
+    best = kept, candidates.best[kept]
+    center, heading, size = candidates.center_ego[best], candidates.heading[best], candidates.size[best]
+    on_line = linkage.line.take(points.source) >= 0
+    span = np.stack([points.offset[kept], points.offset[kept + 1]], axis=1)
+    seen = box_points(points.xy, on_line, points.truncated, points.time_offset, points.viewpoint_ego, span,
+                      center, heading, size, config.cut_margin_m)  # fmt: skip
     corner, sign = nearest_corner(center, heading, size, seen.viewpoint)
     return Boxes(
         segment=kept,
@@ -156,7 +100,7 @@ def build(
         corner_ego=corner,
         corner_sign=sign,
         covariance=(
-            sides_covariance(points_ego, segments, linkage, kept, corner, heading, config)
+            sides_covariance(points, on_line, kept, corner, heading, config)
             if candidates.covariance is None
             else corner_covariance(candidates.covariance[kept], corner - seen.mean, config.end_std_m)
         ),
@@ -168,22 +112,24 @@ def build(
     )
 
 
+def vehicle_sized(candidates: Candidates, config: BoxConfig) -> Ints:
+    """(B,) segments whose best rectangle has the size of a vehicle."""
+    size = candidates.size[np.arange(len(candidates.best)), candidates.best]
+    shorter, longer = size.min(axis=1), size.max(axis=1)
+    fits = (longer <= config.longer_max_m) & (longer >= config.longer_min_m) & (shorter <= config.shorter_max_m)
+    return np.flatnonzero(fits)
+
+
 def sides_covariance(
-    points_ego: npt.NDArray[np.floating],
-    segments: Segments,
-    linkage: Linkage,
-    kept: Ints,
-    corner: Floats,
-    heading: Floats,
-    config: BoxConfig,
+    points: SegmentedPoints, on_line: Bools, kept: Ints, corner: Floats, heading: Floats, config: BoxConfig
 ) -> Floats:
-    """(B, 3, 3) `side_covariance` of boxes of the segments `kept` (B,), by their points on lines."""
-    box_of = np.full(segments.count + 1, -1)
+    """(B, 3, 3) `side_covariance` of boxes of the segments `kept` (B,), by their points `on_line` (P,)."""
+    box_of = np.full(points.segments.count, -1)
     box_of[kept] = np.arange(len(kept))
-    used = np.flatnonzero((linkage.line >= 0) & (box_of[segments.label] >= 0))  # unused points have label -1
-    box = box_of[segments.label[used]]
-    from_corner = positions(points_ego, used) - corner[box]
-    return side_covariance(from_corner, box, heading, config.noise_std_m, config.end_std_m)
+    box = box_of[points.label]
+    used = on_line & (box >= 0)
+    from_corner = points.xy[used] - corner[box[used]]
+    return side_covariance(from_corner, box[used], heading, config.noise_std_m, config.end_std_m)
 
 
 def strays(extent: Floats, size: Floats, config: BoxConfig) -> Bools:
@@ -263,8 +209,7 @@ def box_points(
     truncated: Bools,
     time: Floats,
     viewpoint: Floats,
-    order: Ints,
-    start: Ints,
+    span: Ints,
     center: Floats,
     heading: Floats,
     size: Floats,
@@ -280,8 +225,8 @@ def box_points(
         (N,) masks of points on fitted lines, and at truncated ends.
     time
         (N,) [s].
-    order, start
-        Box b has the points order[start[b, 0]] to order[start[b, 1]], at least one.
+    span
+        Box b has the points span[b, 0] to span[b, 1], at least one.
     center, heading, size
         (B, 2) [m], (B,) [rad] and (B, 2) [m].
     cut_margin
@@ -294,8 +239,7 @@ def box_points(
     for b in range(boxes):
         cos, sin = math.cos(heading[b]), math.sin(heading[b])
         low[:], high[:] = np.inf, -np.inf
-        for k in range(start[b, 0], start[b, 1]):
-            i = order[k]
+        for i in range(span[b, 0], span[b, 1]):
             x, y = points[i, 0] - center[b, 0], points[i, 1] - center[b, 1]
             place = cos * x + sin * y, cos * y - sin * x
             if on_line[i]:
@@ -309,7 +253,7 @@ def box_points(
                 if on_line[i] and truncated[i]:
                     cut[b, axis, 0] = cut[b, axis, 0] or -place[axis] >= end
                     cut[b, axis, 1] = cut[b, axis, 1] or place[axis] >= end
-        count = start[b, 1] - start[b, 0]
+        count = span[b, 1] - span[b, 0]
         for axis in range(2):  # a loop: expressions of arrays take seconds to compile
             mean[b, axis], view[b, axis] = mean[b, axis] / count, view[b, axis] / count
             extent[b, axis] = high[axis] - low[axis]

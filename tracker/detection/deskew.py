@@ -17,7 +17,7 @@ from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.point_groups import means
 from luxloop.tracker.geometry import inside, rotate, wrap
 from luxloop.tracker.kernels.odometry import placed
-from luxloop.tracker.records import NO_TRACK, Segments
+from luxloop.tracker.records import NO_TRACK, SegmentedPoints
 from luxloop.tracker.scan import Scan
 
 
@@ -81,21 +81,22 @@ def moved(points: Floats32, tau: Floats, velocity: Floats, yaw_rate: float) -> F
     return still.astype(points.dtype)
 
 
-def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewConfig) -> Scan:
-    """Return the scan with the points of each track moved to the scan's time, without time offsets.
+def undo_targets(
+    points: SegmentedPoints, ego_pose_odom: Floats, movers: Movers, config: DeskewConfig
+) -> SegmentedPoints:
+    """Return the points with those of each track moved to the scan's time, without time offsets.
 
     A segment whose centre lies in the box of a track moves with that track; other points keep position and time offset.
+    Positions are rounded to float32, as those of a scan are.
     """
-    if not len(movers.heading) or not segments.count:
-        return scan
-    points, tau, yaw = scan.points_ego, scan.time_offset, scan.ego_pose_odom[2]
-    places = np.asarray(points, dtype=np.float64, order="C")
-    pose = np.asarray(scan.ego_pose_odom, dtype=np.float64)
-    owner = _owner(placed(means(places, segments.label, segments.count), pose), movers, config)
-    mover = np.append(owner, NO_TRACK)[segments.label]  # points in no segment have label -1
-    still = without_motion(places, np.asarray(tau, dtype=np.float64), mover, rotate(movers.velocity, -yaw))
-    left = np.where(mover == NO_TRACK, tau, tau.dtype.type(0))
-    return replace(scan, points_ego=still.astype(points.dtype), time_offset=left)
+    if not len(movers.heading) or not points.segments.count:
+        return points
+    pose, label = np.asarray(ego_pose_odom, dtype=np.float64), points.label
+    owner = _owner(placed(means(points.xy, label, points.segments.count), pose), movers, config)
+    mover = owner[label]
+    still = without_motion(points.xy, points.time_offset, mover, rotate(movers.velocity, -ego_pose_odom[2]))
+    left = np.where(mover == NO_TRACK, points.time_offset, 0.0)
+    return replace(points, xy=still.astype(np.float32).astype(np.float64), time_offset=left)
 
 
 def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:
@@ -122,7 +123,7 @@ def without_ego_motion(points: Floats, tau: Floats, velocity: Floats, yaw_rate: 
 
 @kernel()
 def without_motion(points: Floats, tau: Floats, mover: Ints, velocity: Floats) -> Floats:
-    """(N, 3) points without the motion in `tau` (N,) [s] of their movers (N,), -1 for none, with velocities (T, 2)."""
+    """(N, 2) points without the motion in `tau` (N,) [s] of their movers (N,), -1 for none, with velocities (T, 2)."""
     still = points.copy()
     for i in range(len(points)):
         if mover[i] >= 0:

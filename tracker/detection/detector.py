@@ -9,7 +9,6 @@ import numpy as np
 from luxloop.tracker import merging
 from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.detection import (
-    body_fit,
     boxes,
     preprocess,
     rectangles,
@@ -22,7 +21,7 @@ from luxloop.tracker.detection.background import Background, BackgroundConfig
 from luxloop.tracker.detection.baselines import columns
 from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
 from luxloop.tracker.detection.body_fit import BodyFitConfig
-from luxloop.tracker.detection.boxes import BoxConfig, SuppressionConfig, in_shadow
+from luxloop.tracker.detection.boxes import BoxConfig, SuppressionConfig
 from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
 from luxloop.tracker.detection.preprocess import PreprocessConfig
 from luxloop.tracker.detection.rectangles import RectangleConfig
@@ -33,7 +32,7 @@ from luxloop.tracker.detection.truncation import TruncationConfig
 from luxloop.tracker.detection.walls import WallConfig
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.merging import MergeConfig, Pieces
-from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
 from luxloop.tracker.scan import Scan
 
 CLOCK_DIGITS = 9
@@ -124,15 +123,16 @@ class Detector:
         self._time = scan.time
         config = self.config
         keep = preprocess.keep(scan, config.preprocess)
-        scan = preprocess.masked(scan)
-        swept, scan = scan, self._ego_motion.undo(scan)
+        swept = preprocess.masked(scan)
+        scan = self._ego_motion.undo(swept)
         segments = self.segment(scan, keep, long)
+        truncated = truncation.cut_off(swept, keep, segments, config.preprocess.range_max_m, config.ends)
+        points = sorted_points(scan, segments, truncated)
         if movers is not None:
-            scan = undo_targets(scan, segments, movers, config.sweep)
-        cut_off = truncation.cut_off(swept, keep, segments, config.preprocess.range_max_m, config.ends)
-        linkage = self.link(scan, segments)
-        candidates = self.fit(scan, segments, linkage)
-        return Detection(segments, linkage, candidates, self.box(scan, segments, linkage, candidates, cut_off))
+            points = undo_targets(points, scan.ego_pose_odom, movers, config.sweep)
+        linkage = self.link(points)
+        candidates = self.fit(points, linkage)
+        return Detection(segments, linkage, candidates, self.box(points, linkage, candidates))
 
     def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
         """Group the points to `keep` (N,) into segments; remove walls and merge the pieces of long vehicles."""
@@ -143,26 +143,34 @@ class Detector:
         segments = self._background.remove(points_odom, segments, ego_odom)
         return segments if long is None else merging.merge_segments(points_odom, segments, long, self.config.union)
 
-    def link(self, scan: Scan, segments: Segments) -> Linkage:
+    def link(self, points: SegmentedPoints) -> Linkage:
         """Separate lines from outliers in every segment."""
-        return tlinkage.link(scan.points_ego, segments, self.config.linkage)
+        return tlinkage.link(points, self.config.linkage)
 
-    def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
+    def fit(self, points: SegmentedPoints, linkage: Linkage) -> Candidates:
         """Fit a rectangle per method to every segment, and select the best."""
-        points, config = scan.points_ego, self.config
-        found = rectangles.fit(points, segments, linkage, config.rectangles)
-        lines = body_fit.scan_lines(scan)
-        candidates = selection.select(points, segments, linkage, found, config.selection, config.body, lines)
-        return columns.append(points, segments, linkage, candidates, config.baselines)
+        config = self.config
+        headings = rectangles.headings(points, linkage, config.rectangles)
+        candidates = selection.select(points, linkage, headings, config.selection, config.body)
+        return columns.append(points, linkage, candidates, config.baselines)
 
-    def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
-        """Make boxes of the best rectangles of vehicle size; `cut_off` (N,) is the mask of points at truncated ends."""
-        units = scan.unit_positions_ego
-        viewpoints = None if units is None else units.take(scan.unit, axis=0)
-        fitted = boxes.build(
-            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes, viewpoints
-        )
-        return fitted.subset(~in_shadow(fitted, self.config.shadow))
+    def box(self, points: SegmentedPoints, linkage: Linkage, candidates: Candidates) -> Boxes:
+        """Make boxes of the best rectangles of vehicle size."""
+        fitted = boxes.build(points, linkage, candidates, self.config.boxes)
+        return fitted.subset(~boxes.in_shadow(fitted, self.config.shadow))
+
+
+def sorted_points(scan: Scan, segments: Segments, truncated: Bools) -> SegmentedPoints:
+    """Return the points of a scan in segments; `truncated` (N,) is the mask of those at truncated ends."""
+    units, layers = scan.unit_positions_ego, int(scan.layer.max(initial=0)) + 1
+    return segmentation.sort_by_segment(
+        scan.points_ego,
+        segments,
+        scan_line=scan.unit.astype(np.int64) * layers + scan.layer,
+        time_offset=scan.time_offset,
+        viewpoints=None if units is None else units.take(scan.unit, axis=0),
+        truncated=truncated,
+    )
 
 
 def into_odom(scan: Scan) -> Floats:

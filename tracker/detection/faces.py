@@ -13,6 +13,7 @@ from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.lines import MINIMAL_SAMPLE, extent, fit_line, near
 from luxloop.tracker.detection.point_groups import columns
+from luxloop.tracker.records import SegmentedPoints
 
 if TYPE_CHECKING:
     from luxloop.tracker.detection.tlinkage import LinkageConfig
@@ -44,27 +45,28 @@ MIRROR_GATE = 4.0
 
 
 def label_faces(
-    points: Floats, offset: Ints, chosen: Ints, first: Ints, cluster: Ints, config: "LinkageConfig"
+    points: SegmentedPoints, chosen: Ints, first: Ints, cluster: Ints, config: "LinkageConfig"
 ) -> tuple[Ints, Floats]:
-    """Return the face (N,) of each point, 0 for the dominant one, -1 for outliers, and dominant headings (S,) [rad].
+    """Return the face (P,) of each point, 0 for the dominant one, -1 for outliers, and dominant headings (S,) [rad].
 
     Parameters
     ----------
-    points, offset
-        (N, 3) grouped by segment [m]; (S + 1,) first point of each segment, and N.
+    points
+        Their height identifies points of mirrors in the plane of a side.
     chosen, first, cluster
         (K,) points that were linked, by segment; first one of each segment (S + 1,); cluster of each (K,).
     """
-    noise, gate = np.array([config.range_std_m, config.flatness_m]), np.full(len(offset) - 1, config.gate)
-    corner = best_corners(points, offset, chosen, first, cluster, noise, config)
-    fit_corners(points, offset, corner, noise, gate)
-    wide = gate * excesses(points, offset, corner, noise, config.tau_m)
-    uncertainty, information = fit_corners(points, offset, corner, noise, wide)
+    xy, offset, noise = points.xy, points.offset, np.array([config.range_std_m, config.flatness_m])
+    gate = np.full(len(offset) - 1, config.gate)
+    corner = best_corners(xy, offset, chosen, first, cluster, noise, config)
+    fit_corners(xy, offset, corner, noise, gate)
+    wide = gate * excesses(xy, offset, corner, noise, config.tau_m)
+    uncertainty, information = fit_corners(xy, offset, corner, noise, wide)
     put_dominant_first(corner, uncertainty, information)
     limits = config.curve_depth_m, config.curve_beyond_m, math.radians(config.pitch_deg)
     label: Ints
     heading: Floats
-    label, heading = label_bodies(points, offset, corner, uncertainty, noise, wide, *limits)
+    label, heading = label_bodies(xy, points.z, offset, corner, uncertainty, noise, wide, *limits)
     return label, heading
 
 
@@ -120,9 +122,9 @@ def candidate_faces(
     Parameters
     ----------
     points, offset
-        (N, 2 or 3) grouped by segment [m]; (S + 1,) first point of each segment, and N.
+        (N, 2) grouped by segment [m]; (S + 1,) first point of each segment, and N.
     sample, first, cluster
-        (K, 2 or 3) those that were linked, by segment; first one of each segment (S + 1,); cluster of each (K,).
+        (K, 2) those that were linked, by segment; first one of each segment (S + 1,); cluster of each (K,).
     name, owner
         (C,) clusters, and their segments.
     """
@@ -554,26 +556,26 @@ def unseen_sides(
 
 
 @kernel(error_model="numpy")
-def drop_mirrors(points: Floats, label: Ints, depth: Floats, place: Floats, std: Floats) -> None:
-    """Remove the points (N, 3) of mirrors in the plane of a face from its label; values (N,) for that face.
+def drop_mirrors(height: Floats, label: Ints, depth: Floats, place: Floats, std: Floats) -> None:
+    """Remove the points of mirrors in the plane of a face from its label; values (N,), heights [m].
 
     A third of a mirror's points, on its base, lie in that plane. They are identified by a point of the same mirror that
     is clearly outside.
     """
-    sure = np.zeros(len(points), np.bool_)
-    for i in range(len(points)):
+    sure = np.zeros(len(height), np.bool_)
+    for i in range(len(height)):
         outside = -MIRROR_OUT < depth[i] < -MIRROR_GATE * std[i]
-        sure[i] = label[i] < 0 and outside and points[i, 2] > MIRROR_Z_MIN
+        sure[i] = label[i] < 0 and outside and height[i] > MIRROR_Z_MIN
     pending = sure.copy()
-    for i in range(len(points)):
+    for i in range(len(height)):
         if pending[i]:
             total, count = 0.0, 0
-            for j in range(len(points)):
+            for j in range(len(height)):
                 if sure[j] and abs(place[j] - place[i]) < MIRROR_APART:
                     total, count = total + place[j], count + 1
-            for j in range(len(points)):
+            for j in range(len(height)):
                 near = abs(place[j] - total / count) < MIRROR_HALF
-                if near and abs(points[j, 2] - points[i, 2]) < MIRROR_HEIGHT:
+                if near and abs(height[j] - height[i]) < MIRROR_HEIGHT:
                     pending[j] = False
                     if depth[j] < MIRROR_FOOT:
                         label[j] = -1
@@ -593,6 +595,7 @@ def keep_dominant(label: Ints, depth: Floats) -> None:
 @kernel()
 def label_bodies(
     points: Floats,
+    height: Floats,
     offset: Ints,
     corner: Floats,
     uncertainty: Floats,
@@ -602,11 +605,11 @@ def label_bodies(
     beyond_max: float,
     pitch: float,
 ) -> tuple[Ints, Floats]:
-    """Return the face of each of the points (N, 2 or 3) on the bodies of segments, and headings of faces 0 (S,) [rad].
+    """Return the face (N,) of points (N, 2) on the bodies of segments, and headings of faces 0 (S,) [rad].
 
     Faces are 0 and 1 as in `corner` (S, 2, 3), 2 and up for unseen sides. Outliers are -1: points outside a face are
-    mirrors or neighbours, points deep inside are seen through or over the body. Segment s has points offset[s] to
-    offset[s + 1], and gate[s].
+    mirrors or neighbours, points deep inside are seen through or over the body. Heights (N,) [m] identify mirrors.
+    Segment s has points offset[s] to offset[s + 1], and gate[s].
     """
     label, heading = np.empty(len(points), np.int64), np.empty(len(corner))
     for s in range(len(corner)):
@@ -616,9 +619,9 @@ def label_bodies(
         unseen_sides(own, faces, depth, place, member, outside, gate[s] * noise[1], pitch, depth_max)
         for i in range(len(own)):
             member[i] = -1 if outside[i] == 1 else member[i]  # a loop: slices of arrays take long to compile
-        for k in range(2 if points.shape[1] > 2 else 0):
+        for k in range(2):
             if k == 0 or exists(faces, 1):
-                drop_mirrors(own, member, depth[k], place[k], std[k])
+                drop_mirrors(height[offset[s] : offset[s + 1]], member, depth[k], place[k], std[k])
         keep_dominant(member, depth)
         for i in range(len(own)):
             label[offset[s] + i] = member[i]

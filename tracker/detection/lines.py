@@ -21,9 +21,9 @@ def label_lines(
     Parameters
     ----------
     points, offset
-        (N, 3) grouped by segment [m]; (S + 1,) first point of each segment, and N.
+        (N, 2) grouped by segment [m]; (S + 1,) first point of each segment, and N.
     sample, first, cluster
-        (K, 3) those that were linked, by segment; first one of each segment (S + 1,); cluster of each (K,).
+        (K, 2) those that were linked, by segment; first one of each segment (S + 1,); cluster of each (K,).
     tau, length_min, turn_min
         Inlier threshold, minimum length of a further line [m], and sine of the minimum angle between two lines.
     paper

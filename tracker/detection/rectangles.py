@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.detection.point_groups import by_group, by_key, columns
-from luxloop.tracker.detection.segmentation import positions
+from luxloop.tracker.detection.point_groups import by_key, columns
 from luxloop.tracker.geometry import fold, rotate
-from luxloop.tracker.records import NOT_USED, Linkage, Segments
+from luxloop.tracker.records import Linkage, SegmentedPoints
 
 RANGE_STD = 0.027
 """Standard deviation of a range, along the beam [m], as `LinkageConfig.range_std_m`."""
@@ -50,52 +48,28 @@ class RectangleConfig:
             raise ValueError(f"closeness_floor_m is {self.closeness_floor_m}; give a positive distance in metres")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Rectangles:
-    """Rectangles of S segments by M methods: `METHODS` without `refined`, which selection adds with the costs."""
+def headings(points: SegmentedPoints, linkage: Linkage, config: RectangleConfig) -> Floats:
+    """(S, 4) heading of each segment by area, closeness, variance and T-linkage, in [0, pi/2).
 
-    heading: Floats
-    """(S, M) in [0, pi/2), ego frame."""
-    center_ego: Floats
-    """(S, M, 2) [m]."""
-    size: Floats
-    """(S, M, 2) along and across heading [m]."""
-
-
-def fit(
-    points_ego: npt.NDArray[np.floating], segments: Segments, linkage: Linkage, config: RectangleConfig
-) -> Rectangles:
-    """Fit a rectangle per method to every segment of points (N, 2 or more columns).
-
-    The criteria use all points by default, which makes them sensitive to mirrors, as published. The sides are always
-    measured on the points on lines, so that a mirror or a window does not enlarge the rectangle.
+    The criteria use all points by default, which makes them sensitive to mirrors, as published.
     """
-    selected = linkage.line >= 0 if config.points == "lines" else np.ones(len(points_ego), bool)
-    points, offset = _by_segment(points_ego, segments, selected)
+    line = linkage.line.take(points.source)
+    xy, offset = points.chosen(line >= 0) if config.points == "lines" else (points.xy, points.offset)
     grid = np.deg2rad(np.arange(0.0, 90.0, config.step_deg))
-    by_criteria = best_headings(points, offset, grid, config.closeness_floor_m, config.halvings)
-    heading = fold(np.column_stack([by_criteria, linkage.heading]))
-    center, size = measure(points_ego, segments, linkage, heading)
-    return Rectangles(heading=heading, center_ego=center, size=size)
+    by_criteria = best_headings(xy, offset, grid, config.closeness_floor_m, config.halvings)
+    return fold(np.column_stack([by_criteria, linkage.heading]))
 
 
-def measure(
-    points_ego: npt.NDArray[np.floating], segments: Segments, linkage: Linkage, heading: Floats
-) -> tuple[Floats, Floats]:
+def measure(points: SegmentedPoints, linkage: Linkage, heading: Floats) -> tuple[Floats, Floats]:
     """Return centre and size (S, M, 2) [m] of rectangles at headings (S, M) around the points on lines, at least one.
 
-    A side is at the mean of the outermost points, because noise puts the outermost one outside the body. Range noise is
-    along the beam: across a side, it is scaled by the cosine of the angle between beam and normal.
+    Sides are measured on the points on lines only, so that a mirror or a window does not enlarge the rectangle. A side
+    is at the mean of the outermost points, because noise puts the outermost one outside the body. Range noise is along
+    the beam: across a side, it is scaled by the cosine of the angle between beam and normal.
     """
-    points, offset = _by_segment(points_ego, segments, linkage.line >= 0)
-    low, high = extents(points, offset, heading, RANGE_STD, FLATNESS_STD, SIDE_SIGMA)
+    xy, offset = points.chosen(linkage.line.take(points.source) >= 0)
+    low, high = extents(xy, offset, heading, RANGE_STD, FLATNESS_STD, SIDE_SIGMA)
     return rotate(0.5 * (low + high), heading), high - low
-
-
-def _by_segment(points_ego: npt.NDArray[np.floating], segments: Segments, used: Bools) -> tuple[Floats, Ints]:
-    """Return the `used` (N,) points (K, 2) sorted by segment, and the start (S + 1,) of each segment."""
-    order, offset = by_group(np.where(used, segments.label, NOT_USED), segments.count)
-    return positions(points_ego, order), offset
 
 
 @kernel(inline="always")

@@ -9,8 +9,8 @@ import numpy.typing as npt
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection import point_groups
-from luxloop.tracker.detection.point_groups import by_number
-from luxloop.tracker.records import NOT_USED, Segments
+from luxloop.tracker.detection.point_groups import by_group, by_number
+from luxloop.tracker.records import NOT_USED, SegmentedPoints, Segments
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +63,60 @@ def connect(points: Floats, config: SegmentationConfig) -> Ints:
     return connected(points, config.radius_m, config.radius_per_m)
 
 
-def by_segment(segments: Segments) -> tuple[Ints, Ints]:
-    """Return the indices of used points by segment and in scan order, and the start (S + 1,) of each segment."""
-    return point_groups.by_group(segments.label, segments.count)
+def sort_by_segment(
+    points_ego: npt.NDArray[np.floating],
+    segments: Segments,
+    *,
+    scan_line: Ints | None = None,
+    time_offset: npt.NDArray[np.floating] | None = None,
+    viewpoints: Floats | None = None,
+    truncated: Bools | None = None,
+) -> SegmentedPoints:
+    """Return the points in segments, for all later stages.
+
+    Parameters
+    ----------
+    points_ego
+        (N, 2 or 3) x, y, and z if known [m].
+    scan_line
+        (N,) scan line of each point, 0 and up; one line if None.
+    time_offset
+        (N,) time of each point minus time of the scan [s]; 0 if None.
+    viewpoints
+        (N, 2) position of the unit of each point [m]; the ego's centre if None.
+    truncated
+        (N,) mask of points at truncated ends; none if None.
+    """
+    source, offset = by_group(segments.label, segments.count)
+    points = np.asarray(points_ego.take(source, axis=0), dtype=np.float64)
+    count = len(source)
+    return SegmentedPoints(
+        segments=segments,
+        offset=offset,
+        source=source,
+        xy=np.ascontiguousarray(points[:, :2]),
+        z=points[:, 2].copy() if points.shape[1] > 2 else np.zeros(count),
+        scan_line=np.zeros(count, np.int64) if scan_line is None else np.asarray(scan_line.take(source), np.int64),
+        time_offset=np.zeros(count) if time_offset is None else np.asarray(time_offset.take(source), np.float64),
+        viewpoint_ego=np.zeros((count, 2)) if viewpoints is None else viewpoints.take(source, axis=0),
+        truncated=np.zeros(count, np.bool_) if truncated is None else truncated.take(source),
+    )
+
+
+def regrouped(points: SegmentedPoints, segments: Segments) -> SegmentedPoints:
+    """Return the points that are in other `segments` of the same scan, sorted by these."""
+    row, offset = by_group(segments.label.take(points.source), segments.count)
+    return SegmentedPoints(
+        segments=segments,
+        offset=offset,
+        source=points.source[row],
+        xy=points.xy[row],
+        z=points.z[row],
+        scan_line=points.scan_line[row],
+        time_offset=points.time_offset[row],
+        viewpoint_ego=points.viewpoint_ego[row],
+        truncated=points.truncated[row],
+    )
 
 
 def keep_only(segments: Segments, kept: Bools) -> Segments:

@@ -5,17 +5,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection import body_fit
 from luxloop.tracker.detection.alignment import align
 from luxloop.tracker.detection.body_fit import BodyFitConfig
-from luxloop.tracker.detection.rectangles import Rectangles, measure
-from luxloop.tracker.detection.segmentation import by_segment, positions
+from luxloop.tracker.detection.rectangles import measure
 from luxloop.tracker.geometry import fold
-from luxloop.tracker.records import Candidates, Linkage, Segments
+from luxloop.tracker.records import Candidates, Linkage, SegmentedPoints
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,72 +40,47 @@ class SelectionConfig:
 
 
 def select(
-    points_ego: npt.NDArray[np.floating],
-    segments: Segments,
+    points: SegmentedPoints,
     linkage: Linkage,
-    rectangles: Rectangles,
+    heading: Floats,
     config: SelectionConfig,
     body: BodyFitConfig | None = None,
-    scan_line: Ints | None = None,
 ) -> Candidates:
-    """Return the cost of every rectangle for points (N, 2 or more columns), and the best per segment.
+    """Return the rectangles of headings (S, 4), of a refined one, their costs, and the best per segment.
 
     The last method, `refined`, is the best of the others; `alignment` refines its heading, `body` fits it, `paper` does
-    not. `body` always selects it.
-
-    Parameters
-    ----------
-    body
-        Settings of the variant `body`.
-    scan_line
-        (N,) scan line of each point, 0 and up, for `body`; None if unknown.
+    not. `body`, which has settings of its own, always selects it.
     """
     covariance = None
     if config.variant == "paper":
-        heading, cost = rectangles.heading, residual_variance(points_ego, segments, linkage, rectangles.heading)
+        cost = residual_variance(points, linkage, heading)
         cheapest = np.argmin(cost, axis=1)[:, None]
-        heading, cost = (np.hstack([of, np.take_along_axis(of, cheapest, axis=1)]) for of in (heading, cost))
+        refined, least = (np.take_along_axis(of, cheapest, axis=1) for of in (heading, cost))
+        cost = np.hstack([cost, least])
     elif config.variant == "alignment":
-        order, offset = by_segment(segments)
-        points = positions(points_ego, order)
-        heading, cost = align(points, offset, rectangles.heading, config.reach_m, config.flatness_m)
+        turned, cost = align(points.xy, points.offset, heading, config.reach_m, config.flatness_m)
+        refined = turned[:, -1:]
     else:
-        lines = np.zeros(len(points_ego), dtype=np.int64) if scan_line is None else scan_line
-        found = body_fit.fit(
-            points_ego, lines, segments, rectangles.heading, config.reach_m, config.flatness_m, body or BodyFitConfig()
-        )
-        covariance = found.covariance
-        heading = np.concatenate([rectangles.heading, found.heading[:, None]], axis=1)
-        cost = np.full(heading.shape, np.nan)
+        found = body_fit.fit(points, heading, config.reach_m, config.flatness_m, body or BodyFitConfig())
+        refined, covariance = found.heading[:, None], found.covariance
+        cost = np.full((len(heading), heading.shape[1] + 1), np.nan)
         cost[:, -1] = found.cost
     fitted = covariance is not None or not len(cost)
     best = np.full(len(cost), cost.shape[1] - 1) if fitted else np.nanargmin(cost, axis=1)
-    refined = fold(heading[:, -1:])
-    center, size = measure(points_ego, segments, linkage, refined)
-    return Candidates(
-        heading=np.concatenate([rectangles.heading, refined], axis=1),
-        center_ego=np.concatenate([rectangles.center_ego, center], axis=1),
-        size=np.concatenate([rectangles.size, size], axis=1),
-        cost=cost,
-        best=best,
-        covariance=covariance,
-    )
+    heading = np.concatenate([heading, fold(refined)], axis=1)
+    center, size = measure(points, linkage, heading)
+    return Candidates(heading=heading, center_ego=center, size=size, cost=cost, best=best, covariance=covariance)
 
 
-def residual_variance(
-    points_ego: npt.NDArray[np.floating], segments: Segments, linkage: Linkage, heading: Floats
-) -> Floats:
+def residual_variance(points: SegmentedPoints, linkage: Linkage, heading: Floats) -> Floats:
     """Equation (3) for headings (S, M): variance of the absolute residuals on the dominant line [m^2].
 
     A residual is the distance of a point to the side of the rectangle along the line, moved to the median of the line.
     (3) does not define the offset c of H; at the edge of a tight rectangle all residuals have the same sign, the
     absolute value has no effect, and least squares always wins.
     """
-    dominant = np.flatnonzero(linkage.line == 0)
-    dominant = dominant[np.argsort(segments.label[dominant], kind="stable")]
-    offset = np.searchsorted(segments.label[dominant], np.arange(segments.count + 1))
-    points = np.asarray(points_ego[dominant, :2], dtype=np.float64, order="C")
-    distance = side_distances(points, offset, heading)
+    dominant, offset = points.chosen(linkage.line.take(points.source) == 0)
+    distance = side_distances(dominant, offset, heading)
     count = np.diff(offset)[:, None]
     mean, square = (np.add.reduceat(power, offset[:-1]) / count for power in (distance, distance**2))
     return np.asarray(square - mean**2)

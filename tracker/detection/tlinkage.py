@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.bounds import require_within
@@ -14,9 +13,8 @@ from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.faces import label_faces
 from luxloop.tracker.detection.lines import label_lines
 from luxloop.tracker.detection.point_groups import even_subset
-from luxloop.tracker.detection.segmentation import by_segment
 from luxloop.tracker.geometry import fold
-from luxloop.tracker.records import Linkage, Segments
+from luxloop.tracker.records import Linkage, SegmentedPoints
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
@@ -80,8 +78,8 @@ def uniforms(seed: int, points: int, samples: int) -> Floats:
     return np.asarray((shift[:, None] + np.arange(samples)) / samples)
 
 
-def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: LinkageConfig) -> Linkage:
-    """Run algorithm 1 on every segment of points (N, 2 or more columns).
+def link(points: SegmentedPoints, config: LinkageConfig) -> Linkage:
+    """Run algorithm 1 on every segment.
 
     The hypotheses are lines through pairs of near points. Clusters with overlapping preferences (1) are merged, nearest
     first by the Tanimoto distance (2), until all are orthogonal.
@@ -92,22 +90,19 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     information on the heading, 1 the other; points along unseen sides have higher numbers. `lines` accepts, after the
     largest cluster, each one that is long enough, turned against the larger ones, and has more unexplained points than
     expected by chance: fewer than one such line among as many scattered points (Desolneux, Moisan and Morel 2000). With
-    `lines` and `paper` the line of the most points is the dominant one, fitted by total least squares. A third column
-    of points is z [m], which identifies points of mirrors in the plane of a side.
+    `lines` and `paper` the line of the most points is the dominant one, fitted by total least squares.
     """
-    order, offset = by_segment(segments)
-    points = np.asarray(points_ego.take(order, axis=0)[:, :3], dtype=np.float64, order="C")
-    chosen, first = even_subset(points, offset, config.points_max)
-    sample, numbers = points[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
+    chosen, first = even_subset(points.xy, points.offset, config.points_max)
+    sample, numbers = points.xy[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
     cluster = link_samples(sample, first, numbers, config.locality, config.tau_m)
     if config.variant == "faces":
-        label, heading = label_faces(points, offset, chosen, first, cluster, config)
+        label, heading = label_faces(points, chosen, first, cluster, config)
     else:
         turn_min, paper = math.sin(math.radians(config.turn_min_deg)), config.variant == "paper"
         limits = config.tau_m, config.length_min_m, turn_min, paper
-        label, heading = label_lines(points, offset, sample, first, cluster, *limits)
-    line = np.full(len(segments.label), -1, dtype=np.int64)
-    line[order] = label
+        label, heading = label_lines(points.xy, points.offset, sample, first, cluster, *limits)
+    line = np.full(len(points.segments.label), -1, dtype=np.int64)
+    line[points.source] = label
     return Linkage(line=line, heading=fold(heading))
 
 

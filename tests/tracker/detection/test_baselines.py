@@ -28,7 +28,7 @@ def scattered(seed, count):
 
 def appended(points, segments=None, config=ON):
     fitted = fit_points(points, segments=segments)
-    return columns.append(points, fitted.segments, fitted.linkage, fitted.candidates, config)
+    return columns.append(fitted.points, fitted.linkage, fitted.candidates, config)
 
 
 # --- all baselines
@@ -223,7 +223,7 @@ def test_columns_are_measured_like_those_of_other_methods():
         np.testing.assert_allclose(found.size[0, column], [4.0, 2.0], atol=1e-6)
         np.testing.assert_allclose(found.center_ego[0, column], found.center_ego[0, METHODS.index("tlinkage")])
     fitted = fit_points(points)
-    center, size = measure(points, fitted.segments, fitted.linkage, found.heading)
+    center, size = measure(fitted.points, fitted.linkage, found.heading)
     np.testing.assert_allclose(found.size, size)
     np.testing.assert_allclose(found.center_ego, center)
 

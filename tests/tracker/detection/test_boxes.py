@@ -11,6 +11,7 @@ from support.stages import fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import boxes
 from luxloop.tracker.detection.boxes import BoxConfig, side_covariance, strays
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.records import Candidates, Linkage, Segments
 
@@ -208,15 +209,8 @@ def test_degenerate_scans_pass_all_stages(points, count):
 
 def test_empty_candidates():
     nothing = Candidates(*(np.empty((0, 4, *shape)) for shape in ((), (2,), (2,), ())), np.empty(0, np.int64))
-    built = boxes.build(
-        np.empty((0, 2)),
-        np.empty(0),
-        Segments(np.empty(0, np.int64), 0),
-        Linkage(np.empty(0, np.int64), np.empty(0)),
-        nothing,
-        np.empty(0, dtype=bool),
-        BoxConfig(),
-    )
+    points = sort_by_segment(np.empty((0, 2)), Segments(np.empty(0, np.int64), 0))
+    built = boxes.build(points, Linkage(np.empty(0, np.int64), np.empty(0)), nothing, BoxConfig())
     assert built.covariance.shape == (0, 3, 3)
     assert built.cut.shape == (0, 2, 2)
     assert built.corner_sign.shape == (0, 2)

@@ -6,11 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_fit
 from support.shapes import l_shape, rotation
-from support.stages import fit_points, off_quarter, one_segment
+from support.stages import as_one_segment, fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import rectangles, tlinkage
 from luxloop.tracker.detection.rectangles import RectangleConfig, extents
 from luxloop.tracker.detection.rectangles import convex_hull as hull_of_sorted
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.records import METHODS, Linkage, Segments
 
@@ -134,9 +135,10 @@ def test_segments_are_fitted_independently():
     segments = Segments(np.repeat(np.arange(3), [len(shape) for shape in shapes]), 3)
     mixed = np.random.default_rng(0).permutation(len(segments.label))
     points, segments = np.concatenate(shapes)[mixed], Segments(segments.label[mixed], 3)
-    found = rectangles.fit(points, segments, tlinkage.link(points, segments, LinkageConfig()), RectangleConfig())
-    assert found.heading.shape == (3, len(METHODS) - 1), "selection adds the refined one"
-    assert np.abs(off_quarter(found.heading[:, VARIANCE], [0.2, 0.7, 1.3])).max() < 0.05
+    points = sort_by_segment(points, segments)
+    found = rectangles.headings(points, tlinkage.link(points, LinkageConfig()), RectangleConfig())
+    assert found.shape == (3, len(METHODS) - 1), "selection adds the refined one"
+    assert np.abs(off_quarter(found[:, VARIANCE], [0.2, 0.7, 1.3])).max() < 0.05
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.3, 1.2])
@@ -165,7 +167,7 @@ def test_a_mirror_biases_the_criteria_but_does_not_enlarge_the_rectangle():
 def test_sides_by_hand():
     """At normal incidence points are within 2.4 x 2.7 cm of the side: 4.02 and 4.0 of x, 1.0 of y, all zeros."""
     points = np.array([[0.0, 0.0], [4.02, 0.0], [4.0, 0.5], [3.93, 1.0], [0.0, 0.9]])
-    center, size = rectangles.measure(points, one_segment(5), Linkage(np.zeros(5, int), np.zeros(1)), np.zeros((1, 1)))
+    center, size = rectangles.measure(as_one_segment(points), Linkage(np.zeros(5, int), np.zeros(1)), np.zeros((1, 1)))
     np.testing.assert_allclose(size[0, 0], [4.01, 1.0])
     np.testing.assert_allclose(center[0, 0], [2.005, 0.5])
 
@@ -174,7 +176,7 @@ def test_sides_ignore_outliers_and_are_those_of_each_heading():
     points = np.concatenate([l_shape(0.4, length=4.0, width=2.0), [[30.0, 30.0]]])
     line = np.append(np.zeros(len(points) - 1, int), -1)
     headings = np.array([[0.4, 0.4 + np.pi / 2]])
-    center, size = rectangles.measure(points, one_segment(len(points)), Linkage(line, np.array([0.4])), headings)
+    center, size = rectangles.measure(as_one_segment(points), Linkage(line, np.array([0.4])), headings)
     np.testing.assert_allclose(size[0], [[4.0, 2.0], [2.0, 4.0]], atol=1e-9)
     np.testing.assert_allclose(center[0], np.tile(np.array([10.0, 5.0]) + rotation(0.4) @ [2.0, 1.0], (2, 1)))
 
@@ -190,7 +192,7 @@ def test_noise_does_not_bias_the_sides():
         points = l_shape(0.0, length=4.0, width=2.0, step=0.05)
         points *= 1.0 + rng.normal(0.0, 0.025, (len(points), 1)) / np.linalg.norm(points, axis=1, keepdims=True)
         linkage = Linkage(np.zeros(len(points), int), np.zeros(1))
-        center, size = rectangles.measure(points, one_segment(len(points)), linkage, np.zeros((1, 1)))
+        center, size = rectangles.measure(as_one_segment(points), linkage, np.zeros((1, 1)))
         error.append(center[0, 0] - 0.5 * size[0, 0] - [10.0, 5.0])
     assert np.abs(np.mean(error, axis=0)).max() < 0.006
 
@@ -204,11 +206,11 @@ def test_degenerate_segments_have_finite_rectangles(points):
 
 
 def test_no_segment():
-    found = rectangles.fit(
-        np.ones((3, 2)), Segments(np.full(3, -1), 0), Linkage(np.full(3, -1), np.empty(0)), RectangleConfig()
-    )
-    assert found.heading.shape == (0, 4)
-    assert found.size.shape == (0, 4, 2)
+    nothing = sort_by_segment(np.ones((3, 2)), Segments(np.full(3, -1), 0))
+    linkage = Linkage(np.full(3, -1), np.empty(0))
+    found = rectangles.headings(nothing, linkage, RectangleConfig())
+    assert found.shape == (0, 4)
+    assert rectangles.measure(nothing, linkage, found)[1].shape == (0, 4, 2)
 
 
 @pytest.mark.parametrize(

@@ -6,20 +6,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
-from support.stages import fit_points, off_quarter, one_segment
+from support.stages import as_one_segment, fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import alignment, selection
-from luxloop.tracker.detection.rectangles import Rectangles
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.records import METHODS, Linkage, Segments
 
 
 def choose(points, line, headings, variant="alignment"):
-    """Select among headings; the positions of the rectangles have no effect on the cost."""
-    count = len(headings)
-    found = Rectangles(np.array([headings]), np.zeros((1, count, 2)), np.ones((1, count, 2)))
+    """Select among headings."""
     linkage = Linkage(np.asarray(line), np.array([headings[-1]]))
-    return selection.select(points, one_segment(len(points)), linkage, found, SelectionConfig(variant=variant))
+    return selection.select(as_one_segment(points), linkage, np.array([headings]), SelectionConfig(variant=variant))
 
 
 def misalignment(points, heading, ray=(1.0, 0.0)):
@@ -227,11 +225,9 @@ def test_distances_must_be_positive(values):
 
 @pytest.mark.parametrize("variant", ["body", "alignment", "paper"])
 def test_no_segment(variant):
-    nothing = Rectangles(np.empty((0, 4)), np.empty((0, 4, 2)), np.empty((0, 4, 2)))
+    points = sort_by_segment(np.ones((3, 2)), Segments(np.full(3, -1), 0))
     linkage = Linkage(np.full(3, -1), np.empty(0))
-    found = selection.select(
-        np.ones((3, 2)), Segments(np.full(3, -1), 0), linkage, nothing, SelectionConfig(variant=variant)
-    )
+    found = selection.select(points, linkage, np.empty((0, 4)), SelectionConfig(variant=variant))
     assert found.heading.shape == found.cost.shape == (0, len(METHODS))
     assert found.size.shape == (0, len(METHODS), 2)
     assert found.covariance is None or (variant == "body" and found.covariance.shape == (0, 3, 3))

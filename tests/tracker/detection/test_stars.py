@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 from support.shapes import stairs, star
-from support.stages import one_segment
+from support.stages import as_one_segment
 
 from luxloop.tracker.detection import tlinkage
 from luxloop.tracker.detection.tlinkage import LinkageConfig
@@ -30,7 +30,7 @@ def graded(points, truth, config):
 
     Lines are matched one to one, outliers are a class of their own.
     """
-    label = tlinkage.link(points, one_segment(len(points)), config).line
+    label = tlinkage.link(as_one_segment(points), config).line
     table = confusion(truth, label)
     matched = table[scipy.optimize.linear_sum_assignment(-table)]
     return 1.0 - (matched.sum() + np.sum((truth < 0) & (label < 0))) / len(truth), matched, label.max() + 1
@@ -73,5 +73,5 @@ def test_magri_and_fusiellos_rule_needs_no_scale_of_chance():
     """`paper` keeps the clusters before the largest jump in size: on a star without outliers the five lines."""
     points, truth = star(np.random.default_rng(0), 0, per_line=POINTS, std=STD)
     config = LinkageConfig(variant="paper", tau_m=2.5 * STD, points_max=500, samples_per_point=4)
-    table = confusion(truth, tlinkage.link(points, one_segment(len(points)), config).line)
+    table = confusion(truth, tlinkage.link(as_one_segment(points), config).line)
     assert table[scipy.optimize.linear_sum_assignment(-table)].sum() > 0.85 * len(truth)

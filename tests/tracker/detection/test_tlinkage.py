@@ -8,15 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_faces, naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
-from support.stages import off_quarter, one_segment
+from support.stages import as_one_segment, off_quarter
 
 from luxloop.tracker.detection import faces, lines, tlinkage
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.records import Segments
 
 
 def link(points, **config):
-    return tlinkage.link(points, one_segment(len(points)), LinkageConfig(**config))
+    return tlinkage.link(as_one_segment(points), LinkageConfig(**config))
 
 
 def ranged(points, rng, std=0.025):
@@ -155,10 +156,11 @@ def test_faces_equal_the_reference(seed):
     wide = faces.excesses(points, offset, found, noise, config.tau_m)[0]
     assert wide == pytest.approx(naive_faces.excess(points, found[0], noise, config.tau_m))
 
-    height = np.random.default_rng(seed).uniform(0.3, 1.2, (len(points), 1))
+    heights = np.random.default_rng(seed).uniform(0.3, 1.2, len(points))
     gate, reach, pitch = np.array([config.gate]), limits[2:], np.deg2rad(config.pitch_deg)
-    for cloud in (points, np.hstack([points, height])):
-        label, _ = faces.label_bodies(cloud, offset, found, uncertainty, noise, gate, *reach, pitch)
+    for height in (np.zeros(len(points)), heights):
+        cloud = np.column_stack([points, height])
+        label, _ = faces.label_bodies(points, height, offset, found, uncertainty, noise, gate, *reach, pitch)
         np.testing.assert_array_equal(
             label, naive_faces.label_body(cloud, found[0], uncertainty[0], *limits, np.deg2rad(0.25))
         )
@@ -309,11 +311,8 @@ def test_a_segment_depends_on_its_own_points_only():
     """A shared random state would make a car's fit depend on other objects in the frame."""
     first, second = noisy_l(1), noisy_l(2) + 20.0
     single = link(second)
-    together = tlinkage.link(
-        np.concatenate([first, second]),
-        Segments(label=np.repeat([0, 1], [len(first), len(second)]), count=2),
-        LinkageConfig(),
-    )
+    segments = Segments(label=np.repeat([0, 1], [len(first), len(second)]), count=2)
+    together = tlinkage.link(sort_by_segment(np.concatenate([first, second]), segments), LinkageConfig())
     np.testing.assert_array_equal(together.line[len(first) :], single.line)
     assert together.heading[1] == single.heading[0]
 
@@ -350,7 +349,7 @@ def test_degenerate_segments_have_a_dominant_line(points):
 
 
 def test_no_segment():
-    linkage = tlinkage.link(np.ones((3, 3)), Segments(np.full(3, -1), 0), LinkageConfig())
+    linkage = tlinkage.link(sort_by_segment(np.ones((3, 3)), Segments(np.full(3, -1), 0)), LinkageConfig())
     assert linkage.line.tolist() == [-1, -1, -1]
     assert linkage.heading.shape == (0,)
 

@@ -3,15 +3,13 @@
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from luxloop.tracker.arrays import Floats
 from luxloop.tracker.detection.baselines import autoware, jlinkage, principal_axes, ransac_lines, two_set_split
 from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
 from luxloop.tracker.detection.rectangles import measure
-from luxloop.tracker.detection.segmentation import by_segment
 from luxloop.tracker.geometry import fold
-from luxloop.tracker.records import BASELINES, Candidates, Linkage, Segments
+from luxloop.tracker.records import BASELINES, Candidates, Linkage, SegmentedPoints
 
 Baseline = Callable[[Floats, BaselineConfig], float]
 """Function from points (N, 2) of a segment in the ego frame [m], at two places at least, to a heading modulo 90 degrees
@@ -26,25 +24,17 @@ HEADINGS: dict[str, Baseline] = {
 }
 
 
-def append(
-    points_ego: npt.NDArray[np.floating],
-    segments: Segments,
-    linkage: Linkage,
-    candidates: Candidates,
-    config: BaselineConfig,
-) -> Candidates:
-    """Return the candidates of points (N, 2 or more columns) with the columns of `BASELINES` appended.
+def append(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, config: BaselineConfig) -> Candidates:
+    """Return the candidates with the columns of `BASELINES` appended.
 
     The heading of a baseline uses all points of a segment; its sides are measured on the points on lines, as those of
     the other methods. It has no cost and is not selected. Columns are NaN if not fitted.
     """
-    shape = (segments.count, len(BASELINES))
+    shape = (points.segments.count, len(BASELINES))
     heading, center, size = np.full(shape, np.nan), np.full((*shape, 2), np.nan), np.full((*shape, 2), np.nan)
-    if config.enabled and segments.count:
-        order, offset = by_segment(segments)
-        points = np.asarray(points_ego[order, :2], dtype=np.float64, order="C")
-        heading = fold(np.array([headings(part, config) for part in np.split(points, offset[1:-1])]))
-        center, size = measure(points_ego, segments, linkage, heading)
+    if config.enabled and points.segments.count:
+        heading = fold(np.array([headings(part, config) for part in np.split(points.xy, points.offset[1:-1])]))
+        center, size = measure(points, linkage, heading)
     return Candidates(
         heading=np.concatenate([candidates.heading, heading], axis=1),
         center_ego=np.concatenate([candidates.center_ego, center], axis=1),
