@@ -17,9 +17,9 @@ def fit(points: npt.NDArray[np.floating], scan_line: npt.NDArray[np.integer]) ->
     segments = Segments(label=np.zeros(len(points), np.int64), count=1)
     lines = np.unique(scan_line, return_inverse=True)[1]
     one = segmentation.sort_by_segment(points, segments, scan_line=lines)
-    linkage = tlinkage.link(one, config.linkage)
+    linkage = tlinkage.link(one, config.linkage, config.lidar)
     headings = rectangles.headings(one, linkage, config.rectangles)
-    return linkage, selection.select(one, linkage, headings, config.selection, config.body)
+    return linkage, selection.select(one, linkage, headings, config.selection, config.lidar.range_std_m)
 
 
 def heading_errors(

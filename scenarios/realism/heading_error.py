@@ -29,9 +29,9 @@ def measure(vehicles: Sequence[LabelledVehicle]) -> tuple[Floats, Floats]:
     points, segments = _as_segments(vehicles)
     lines = np.concatenate([vehicle.line for vehicle in vehicles])
     sorted_points = segmentation.sort_by_segment(points, segments, scan_line=lines)
-    linkage = tlinkage.link(sorted_points, config.linkage)
+    linkage = tlinkage.link(sorted_points, config.linkage, config.lidar)
     headings = rectangles.headings(sorted_points, linkage, config.rectangles)
-    candidates = selection.select(sorted_points, linkage, headings, config.selection, config.body)
+    candidates = selection.select(sorted_points, linkage, headings, config.selection, config.lidar.range_std_m)
     yaw = np.array([vehicle.box[2] for vehicle in vehicles])
     heading = np.column_stack(
         [candidates.heading[:, : len(METHODS) - 1], candidates.heading[np.arange(len(yaw)), candidates.best]]

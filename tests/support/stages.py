@@ -5,7 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from luxloop.tracker.detection import boxes, rectangles, segmentation, selection, tlinkage
+from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.records import Boxes, Candidates, Linkage, SegmentedPoints, Segments
+
+LIDAR = LidarConfig()
 
 
 class Fitted(NamedTuple):
@@ -35,9 +38,11 @@ def fit_points(
     if segments is None:
         segments = segmentation.segment(points, np.ones(len(points), bool), segmentation.SegmentationConfig())
     sorted_points = segmentation.sort_by_segment(points, segments, truncated=cut_off, viewpoints=viewpoints)
-    linked = tlinkage.link(sorted_points, linkage or tlinkage.LinkageConfig())
+    linked = tlinkage.link(sorted_points, linkage or tlinkage.LinkageConfig(), LIDAR)
     headings = rectangles.headings(sorted_points, linked, rectangle or rectangles.RectangleConfig())
-    candidates = selection.select(sorted_points, linked, headings, choice or selection.SelectionConfig())
+    candidates = selection.select(
+        sorted_points, linked, headings, choice or selection.SelectionConfig(), LIDAR.range_std_m
+    )
     built = boxes.build(sorted_points, linked, candidates, box or boxes.BoxConfig())
     return Fitted(sorted_points, linked, candidates, built)
 

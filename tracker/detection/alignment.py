@@ -7,6 +7,12 @@ import numpy as np
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
 
+REACH_M = 0.08
+"""Spread of points across a perpendicular side [m], as `linkage.tau_m`: two steps of the LUX's resolution. Range noise
+is along the beam: across an oblique side there is less of it."""
+FLATNESS_M = 0.03
+"""Spread across a side at grazing incidence [m], without range noise. A LUX beam is 2.8 cm wide at 20 m, a standard
+deviation of 0.8 cm, and panels are flat to the same amount."""
 BINS_PER_REACH = 4
 """Bins per kernel radius: a bin is two thirds of the kernel's standard deviation."""
 BESIDE = (0.87890625, 0.5625, 0.19140625)
@@ -85,16 +91,18 @@ def misalignment(
 
 
 @kernel(error_model="numpy")
-def misalignments(points: Floats, offset: Ints, heading: Floats, owner: Ints, ray: Floats, limits: Floats) -> Floats:
+def misalignments(
+    points: Floats, offset: Ints, heading: Floats, owner: Ints, ray: Floats, reach: float, flatness: float
+) -> Floats:
     """(K,) cost of headings (K,) for the points of segments `owner` (K,); see `misalignment`.
 
-    Segment s has points offset[s] to offset[s + 1] in the direction ray[s]. `limits` begins with reach and flatness.
+    Segment s has points offset[s] to offset[s + 1] in the direction ray[s]. See `sharpness` for reach and flatness.
     """
     cost, along, across = np.empty(len(heading)), np.empty(len(points)), np.empty(len(points))
     for k in range(len(heading)):
         first, end, s = offset[owner[k]], offset[owner[k] + 1], owner[k]
         cost[k] = misalignment(
-            points[first:end], heading[k], ray[s], limits[0], limits[1], along[first:end], across[first:end]
+            points[first:end], heading[k], ray[s], reach, flatness, along[first:end], across[first:end]
         )
     return cost
 

@@ -21,6 +21,43 @@ RESIDUALS = 6
 DEPTH, VARIANCE, PLACE, ASIDE, FACE, WEIGHT = range(RESIDUALS)
 """Rows of the residuals: depth behind the face [m], its variance [m^2], place along the face and coordinate across it
 [m], number of the face, and weight in the normal equations."""
+FLATNESS_M = 0.02
+"""Standard deviation of points across a face without range noise [m]: single scan lines scatter by 2.0 cm on the flanks
+of real cars."""
+LINE_STD_M = 0.1
+"""Standard deviation of the depth of a scan line on a face [m]: bumper, hood and glass are decimetres apart (median of
+real cars between the layers: 0.2 to 0.3 m from lowest to highest)."""
+INSIDE_M = 1.0
+"""Mean depth of points inside the body [m]: windscreens lie 0.9 to 1.2 m behind the bumper."""
+INSIDE_FRACTION = 0.03
+"""Fraction of points inside the body, at the depth of a face."""
+COST_MAX = 6.0
+"""Cost of an outlier: that of a point 3.5 standard deviations off."""
+FLANK_CURVATURE_PER_M = 0.02
+"""Curvature of flanks [1/m]: 0.027 for real cars (7 cm over 1.6 m to either side), 0 for trucks."""
+FLANK_CURVATURE_STD_PER_M = 0.02
+"""Its standard deviation [1/m]."""
+END_CURVATURE_PER_M = 0.22
+"""Curvature of fronts and rears [1/m], 12 cm over 0.75 m to either side of the middle: 0.17 to 0.42 for real cars by
+height, 0 for trucks."""
+END_CURVATURE_STD_PER_M = 0.5
+"""Its standard deviation [1/m]: arcs of hoods and greenhouses are bowed twice as much."""
+FLANK_LENGTH_M = 4.4
+"""Length of a flank that is visible in part [m]: a medium-sized car."""
+END_LENGTH_M = 1.8
+"""Length of an end that is visible in part [m]: the width of cars."""
+FLANK_WHOLE_MIN_M = 3.0
+"""Minimum visible length of a whole flank [m]: the shortest cars measure 2.7 to 3.6."""
+END_WHOLE_MIN_M = 1.4
+"""Minimum visible length of a whole end [m]: car width less two rounded corners."""
+FLANK_MIDDLE_STD_M = 0.3
+"""Standard deviation of the middle of a whole flank [m]: wheel arches and corners hide its ends."""
+END_MIDDLE_STD_M = 0.08
+"""The same of a whole end [m]: its shape is symmetric."""
+PART_MIDDLE_STD_M = 0.8
+"""Standard deviation of the middle of a face that is visible in part [m]: half the width of a car."""
+WIDTH_MAX_M = 2.4
+"""Maximum visible length of an end [m]: trucks measure 2.55 between the rounded edges."""
 LINE_GATE = 4.0
 """Gate on the points that give a scan line its offset, in standard deviations."""
 EXPONENT_MAX = 40.0
@@ -41,26 +78,24 @@ class BodyShape(NamedTuple):
 
     range_std: float
     """Range noise along the beam [m]."""
-    flatness: float
-    """Standard deviation of points across a face for all other reasons [m]."""
-    line_std: float
-    """Standard deviation of the depth of a scan line on a face [m]."""
-    inside: float
-    """Mean depth of points inside the body [m]."""
-    inside_share: float
-    """Share of points inside the body."""
-    cost_max: float
-    """Cost of an outlier."""
-    curvature: tuple[tuple[float, float], tuple[float, float]]
-    """Mean and standard deviation of the curvature [1/m]."""
-    length: tuple[float, float]
-    """Length of a face that is visible in part [m]."""
-    whole_min: tuple[float, float]
-    """Minimum visible length of a whole face [m]."""
-    middle_std: tuple[tuple[float, float], tuple[float, float]]
-    """Standard deviation of the middle of a face that is visible in part, and of a whole one [m]."""
-    width_max: float
-    """Maximum length of an end [m]."""
+    flatness: float = FLATNESS_M
+    line_std: float = LINE_STD_M
+    inside: float = INSIDE_M
+    inside_share: float = INSIDE_FRACTION
+    cost_max: float = COST_MAX
+    curvature: tuple[tuple[float, float], tuple[float, float]] = (
+        (FLANK_CURVATURE_PER_M, FLANK_CURVATURE_STD_PER_M),
+        (END_CURVATURE_PER_M, END_CURVATURE_STD_PER_M),
+    )
+    """Mean and standard deviation [1/m]."""
+    length: tuple[float, float] = (FLANK_LENGTH_M, END_LENGTH_M)
+    whole_min: tuple[float, float] = (FLANK_WHOLE_MIN_M, END_WHOLE_MIN_M)
+    middle_std: tuple[tuple[float, float], tuple[float, float]] = (
+        (PART_MIDDLE_STD_M, FLANK_MIDDLE_STD_M),
+        (PART_MIDDLE_STD_M, END_MIDDLE_STD_M),
+    )
+    """Of a face that is visible in part, and of a whole one [m]."""
+    width_max: float = WIDTH_MAX_M
 
 
 class Beams(NamedTuple):

@@ -8,11 +8,31 @@ import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Floats32, Ints
 from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.lidar import UNIT_OFFSET_M
 from luxloop.tracker.geometry import QUARTER, inside, rotate
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments, SmallBoxes
 from luxloop.tracker.scan import Scan
 
+NOISE_STD_M = 0.03
+"""Standard deviation of points about a side [m]: lines of scans on real cars scatter by 2.0 cm on flanks and 3.2 cm on
+fronts and rears (medians of 55 vehicles)."""
+END_STD_M = 0.3
+"""Standard deviation of the end of a side without points on the adjacent side [m]: rounded corner, beam spacing."""
+DEPTH_MIN_M = 0.6
+"""Minimum visible extent of a side [m]: rounded corners take 0.25 to 0.4."""
+END_VIEW_MIN_RAD = math.radians(20.0)
+"""Minimum view angle of an end, from the line along it: the front of a car then spans at least 0.6 m."""
+STRAY_M = 0.5
+"""Maximum protrusion of mirrors, both sides together [m]: each protrudes by 0.2."""
+CUT_MARGIN_M = 0.3
+"""An end is truncated if a truncated point is this near to it [m]: corners are rounded by 0.25 to 0.4."""
+PART_DEPTH_M = 2.5
+"""Depth behind a face within which a box is a part of it [m]: a hood is 1 to 1.5 m long, a windscreen as deep."""
+SINGLE_FACE_MAX_M = 1.5
+"""A box less deep than this shows a single face, and its true depth is unknown [m]."""
+PART_MARGIN_M = 0.2
+"""Margin around the nearer box for the centre of a part [m]."""
 HEADING_PRIOR_STD = QUARTER / math.sqrt(12.0)
 """Standard deviation of a heading with a uniform distribution over a quarter turn, the prior without points [rad]."""
 MARGIN_M = 0.3
@@ -21,33 +41,17 @@ MARGIN_M = 0.3
 
 @dataclass(frozen=True, slots=True)
 class BoxConfig:
-    """Size limits of vehicles, and accuracy of their points."""
+    """Size limits of vehicles."""
 
     longer_max_m: float = 20.0
-    """Maximum length of a vehicle [m]: a trailer truck measures 16.5, an articulated bus 17.9."""
+    """Maximum length of a vehicle [m]: a trailer truck measures 16.5, an articulated bus 17.9. Raise it, with
+    `background.length_min_m`, to track trams."""
     shorter_max_m: float = 2.8
-    """Maximum of the shorter side [m]: a truck measures 2.55; mirrors protrude from its lines and do not count."""
+    """Maximum of the shorter side [m]: a truck measures 2.55; mirrors protrude from its lines and do not count. Raise
+    it for wide loads."""
     longer_min_m: float = 0.5
-    """Minimum of the longer side [m]: a motorcycle is 0.7 wide, and a single side may be all that is visible."""
-    noise_std_m: float = 0.03
-    """Standard deviation of points about a side [m]: lines of scans on real cars scatter by 2.0 cm on flanks and 3.2 cm
-    on fronts and rears (medians of 55 vehicles)."""
-    end_std_m: float = 0.3
-    """Standard deviation of the end of a side without points on the adjacent side [m]: rounded corner, beam spacing."""
-    depth_min_m: float = 0.6
-    """Minimum visible extent of a side [m]: rounded corners take 0.25 to 0.4."""
-    end_view_min_rad: float = math.radians(20.0)
-    """Minimum view angle of an end, from the line along it: the front of a car then spans at least 0.6 m."""
-    unit_offset_m: float = 2.5
-    """Maximum distance of a unit from the ego's centre [m], the margin for statements on the view of all units."""
-    stray_m: float = 0.5
-    """Maximum protrusion of mirrors, both sides together [m]: each protrudes by 0.2."""
-    cut_margin_m: float = 0.3
-    """An end is truncated if a truncated point is this near to it [m]: corners are rounded by 0.25 to 0.4."""
-
-    def __post_init__(self) -> None:
-        if min(self.noise_std_m, self.end_std_m) <= 0.0:
-            raise ValueError("noise_std_m and end_std_m must be above 0")
+    """Minimum of the longer side [m]: a motorcycle is 0.7 wide, and a single side may be all that is visible. Raise it
+    where poles and people are mistaken for vehicles."""
 
 
 class BoxPoints(NamedTuple):
@@ -67,18 +71,6 @@ class BoxPoints(NamedTuple):
     """(B, 2) extent of all points along and across heading [m]."""
 
 
-@dataclass(frozen=True, slots=True)
-class SuppressionConfig:
-    """Extent of the suppressed area behind a face."""
-
-    depth_m: float = 2.5
-    """Depth behind a face within which a box is a part of it [m]: a hood is 1 to 1.5 m long, a windscreen as deep."""
-    side_min_m: float = 1.5
-    """A box less deep than this shows a single face, and its true depth is unknown [m]."""
-    margin_m: float = 0.2
-    """Margin around the nearer box for the centre of a part [m]."""
-
-
 def build(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, config: BoxConfig) -> Boxes:
     """Return the boxes of segments whose best rectangle has the size of a vehicle.
 
@@ -90,7 +82,7 @@ def build(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, con
     on_line = linkage.line.take(points.source) >= 0
     span = np.stack([points.offset[kept], points.offset[kept + 1]], axis=1)
     seen = box_points(points.xy, on_line, points.truncated, points.time_offset, points.viewpoint_ego, span,
-                      center, heading, size, config.cut_margin_m)  # fmt: skip
+                      center, heading, size, CUT_MARGIN_M)  # fmt: skip
     corner, sign = nearest_corner(center, heading, size, seen.viewpoint)
     return Boxes(
         segment=kept,
@@ -100,14 +92,15 @@ def build(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, con
         corner_ego=corner,
         corner_sign=sign,
         covariance=(
-            sides_covariance(points, on_line, kept, corner, heading, config)
+            sides_covariance(points, on_line, kept, corner, heading)
             if candidates.covariance is None
-            else corner_covariance(candidates.covariance[kept], corner - seen.mean, config.end_std_m)
+            else corner_covariance(candidates.covariance[kept], corner - seen.mean, END_STD_M)
         ),
         support=seen.support,
         time_offset=seen.time,
         cut=seen.cut,
-        flat=flat(corner - seen.viewpoint, sign, heading, size, seen.cut, config) | strays(seen.extent, size, config),
+        flat=flat(corner - seen.viewpoint, sign, heading, size, seen.cut)
+        | strays(seen.extent, size, config.shorter_max_m),
         viewpoint_ego=seen.viewpoint,
     )
 
@@ -120,39 +113,37 @@ def vehicle_sized(candidates: Candidates, config: BoxConfig) -> Ints:
     return np.flatnonzero(fits)
 
 
-def sides_covariance(
-    points: SegmentedPoints, on_line: Bools, kept: Ints, corner: Floats, heading: Floats, config: BoxConfig
-) -> Floats:
+def sides_covariance(points: SegmentedPoints, on_line: Bools, kept: Ints, corner: Floats, heading: Floats) -> Floats:
     """(B, 3, 3) `side_covariance` of boxes of the segments `kept` (B,), by their points `on_line` (P,)."""
     box_of = np.full(points.segments.count, -1)
     box_of[kept] = np.arange(len(kept))
     box = box_of[points.label]
     used = on_line & (box >= 0)
     from_corner = points.xy[used] - corner[box[used]]
-    return side_covariance(from_corner, box[used], heading, config.noise_std_m, config.end_std_m)
+    return side_covariance(from_corner, box[used], heading, NOISE_STD_M, END_STD_M)
 
 
-def strays(extent: Floats, size: Floats, config: BoxConfig) -> Bools:
+def strays(extent: Floats, size: Floats, width_max_m: float) -> Bools:
     """(B,) mask of boxes whose segment, with `extent` (B, 2) along and across heading [m], is larger than a vehicle.
 
     Windows lie behind a side by up to the width of the vehicle, and mirrors protrude; the wall beside the corner of a
     house continues for metres.
     """
-    return np.asarray(np.any(extent > np.maximum(size + config.stray_m, config.shorter_max_m), axis=1))
+    return np.asarray(np.any(extent > np.maximum(size + STRAY_M, width_max_m), axis=1))
 
 
-def flat(from_view: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:
+def flat(from_view: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools) -> Bools:
     """(B,) mask of boxes with a single side and an end that is not truncated, where the ego would see a second side.
 
     `from_view` (B, 2) is the nearest corner relative to the viewpoint [m].
     """
     to_ego = rotate(-from_view, -heading)
-    beyond = np.hypot(*from_view.T)[:, None] * math.sin(config.end_view_min_rad)
-    faces_ego = sign * to_ego > np.maximum(beyond, config.unit_offset_m)
+    beyond = np.hypot(*from_view.T)[:, None] * math.sin(END_VIEW_MIN_RAD)
+    faces_ego = sign * to_ego > np.maximum(beyond, UNIT_OFFSET_M)
     each = np.arange(len(size))[:, None]
     open_end = ~cut[each, np.arange(2), (sign > 0).astype(np.int64)]
-    beside = size[:, ::-1] < config.depth_min_m
-    return np.asarray(np.any(faces_ego & open_end & beside & (size > config.depth_min_m), axis=1))
+    beside = size[:, ::-1] < DEPTH_MIN_M
+    return np.asarray(np.any(faces_ego & open_end & beside & (size > DEPTH_MIN_M), axis=1))
 
 
 def nearest_corner(
@@ -261,14 +252,14 @@ def box_points(
     return BoxPoints(support, mean_time, cut, mean, view, extent)
 
 
-def in_shadow(boxes: Boxes, config: SuppressionConfig) -> Bools:
+def in_shadow(boxes: Boxes) -> Bools:
     """(B,) mask of boxes inside another box that is nearer to the ego, or right behind its only visible face.
 
     The nearer vehicle occupies that area.
     """
-    depth = np.where(boxes.size < config.side_min_m, config.depth_m, 0.0)
+    depth = np.where(boxes.size < SINGLE_FACE_MAX_M, PART_DEPTH_M, 0.0)
     away = rotate(-0.5 * boxes.corner_sign * depth, boxes.heading)
-    covered = inside(boxes.center_ego, boxes.center_ego + away, boxes.heading, boxes.size + depth + 2 * config.margin_m)
+    covered = inside(boxes.center_ego, boxes.center_ego + away, boxes.heading, boxes.size + depth + 2 * PART_MARGIN_M)
     range_m = np.hypot(*boxes.corner_ego.T)
     return np.asarray(np.any(covered & (range_m[:, None] > range_m), axis=1))
 

@@ -20,15 +20,17 @@ from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.records import NO_TRACK, SegmentedPoints
 from luxloop.tracker.scan import Scan
 
+MARGIN_M = 0.5
+"""Margin around a track's box for the centre of its points [m]: points are on its sides."""
+
 
 @dataclass(frozen=True, slots=True)
 class DeskewConfig:
     """Motion that is compensated during the sweep."""
 
     motion: Literal["none", "ego", "all"] = "all"
-    """`none`: raw points. `ego`: ego motion only, as if all objects were stationary. `all`: ego and track motion."""
-    margin_m: float = 0.5
-    """Margin around a track's box for the centre of its points [m]: points are on its sides."""
+    """`none`: raw points, for scans that are compensated already. `ego`: ego motion only, as if all objects were
+    stationary. `all`: ego and track motion. Change it to measure the effect of the sweep, or for such scans."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,9 +83,7 @@ def moved(points: Floats32, tau: Floats, velocity: Floats, yaw_rate: float) -> F
     return still.astype(points.dtype)
 
 
-def undo_targets(
-    points: SegmentedPoints, ego_pose_odom: Floats, movers: Movers, config: DeskewConfig
-) -> SegmentedPoints:
+def undo_targets(points: SegmentedPoints, ego_pose_odom: Floats, movers: Movers) -> SegmentedPoints:
     """Return the points with those of each track moved to the scan's time, without time offsets.
 
     A segment whose centre lies in the box of a track moves with that track; other points keep position and time offset.
@@ -92,16 +92,16 @@ def undo_targets(
     if not len(movers.heading) or not points.segments.count:
         return points
     pose, label = np.asarray(ego_pose_odom, dtype=np.float64), points.label
-    owner = _owner(placed(means(points.xy, label, points.segments.count), pose), movers, config)
+    owner = _owner(placed(means(points.xy, label, points.segments.count), pose), movers)
     mover = owner[label]
     still = without_motion(points.xy, points.time_offset, mover, rotate(movers.velocity, -ego_pose_odom[2]))
     left = np.where(mover == NO_TRACK, points.time_offset, 0.0)
     return replace(points, xy=still.astype(np.float32).astype(np.float64), time_offset=left)
 
 
-def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:
+def _owner(middle: Floats, movers: Movers) -> Ints:
     """(S,) track whose box contains each centre (S, 2), the nearest of several, `NO_TRACK` for none."""
-    held = inside(middle, movers.center, movers.heading, movers.size + 2 * config.margin_m)
+    held = inside(middle, movers.center, movers.heading, movers.size + 2 * MARGIN_M)
     x, y = (middle[:, None, axis] - movers.center[:, axis] for axis in (0, 1))
     nearest = np.where(held, x * x + y * y, np.inf).argmin(axis=1)
     return np.where(held.any(axis=1), nearest, NO_TRACK)

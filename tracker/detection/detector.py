@@ -9,6 +9,7 @@ import numpy as np
 from luxloop.tracker import merging
 from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.detection import (
+    baselines,
     boxes,
     preprocess,
     rectangles,
@@ -18,18 +19,16 @@ from luxloop.tracker.detection import (
     truncation,
 )
 from luxloop.tracker.detection.background import Background, BackgroundConfig
-from luxloop.tracker.detection.baselines import columns
-from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
-from luxloop.tracker.detection.body_fit import BodyFitConfig
-from luxloop.tracker.detection.boxes import BoxConfig, SuppressionConfig
+from luxloop.tracker.detection.baselines import BaselineConfig
+from luxloop.tracker.detection.boxes import BoxConfig
 from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
+from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.preprocess import PreprocessConfig
 from luxloop.tracker.detection.rectangles import RectangleConfig
 from luxloop.tracker.detection.segmentation import SegmentationConfig
 from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.detection.truncation import TruncationConfig
-from luxloop.tracker.detection.walls import WallConfig
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.merging import MergeConfig, Pieces
 from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
@@ -43,20 +42,18 @@ CLOCK_DIGITS = 9
 class DetectorConfig:
     """Settings of detection, one section per stage."""
 
+    lidar: LidarConfig = field(default_factory=LidarConfig)
     preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
-    sweep: DeskewConfig = field(default_factory=DeskewConfig)
+    deskew: DeskewConfig = field(default_factory=DeskewConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
-    walls: WallConfig = field(default_factory=WallConfig)
     union: MergeConfig = field(default_factory=MergeConfig)
-    ends: TruncationConfig = field(default_factory=TruncationConfig)
+    truncation: TruncationConfig = field(default_factory=TruncationConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
-    body: BodyFitConfig = field(default_factory=BodyFitConfig)
     baselines: BaselineConfig = field(default_factory=BaselineConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
-    shadow: SuppressionConfig = field(default_factory=SuppressionConfig)
 
 
 class BoxDetector(Protocol):
@@ -88,8 +85,8 @@ class Detector:
 
     def __init__(self, config: DetectorConfig | None = None) -> None:
         self.config = config or DetectorConfig()
-        self._ego_motion = EgoMotion(self.config.sweep)
-        self._background = Background(self.config.background, self.config.walls, self.config.segmentation)
+        self._ego_motion = EgoMotion(self.config.deskew)
+        self._background = Background(self.config.background, self.config.segmentation, self.config.lidar)
         self._time = -math.inf
 
     def check(self, scan: Scan) -> None:
@@ -126,10 +123,10 @@ class Detector:
         swept = preprocess.masked(scan)
         scan = self._ego_motion.undo(swept)
         segments = self.segment(scan, keep, long)
-        truncated = truncation.cut_off(swept, keep, segments, config.preprocess.range_max_m, config.ends)
+        truncated = truncation.cut_off(swept, keep, segments, config.preprocess.range_max_m, config.truncation)
         points = sorted_points(scan, segments, truncated)
         if movers is not None:
-            points = undo_targets(points, scan.ego_pose_odom, movers, config.sweep)
+            points = undo_targets(points, scan.ego_pose_odom, movers)
         linkage = self.link(points)
         candidates = self.fit(points, linkage)
         return Detection(segments, linkage, candidates, self.box(points, linkage, candidates))
@@ -145,19 +142,19 @@ class Detector:
 
     def link(self, points: SegmentedPoints) -> Linkage:
         """Separate lines from outliers in every segment."""
-        return tlinkage.link(points, self.config.linkage)
+        return tlinkage.link(points, self.config.linkage, self.config.lidar)
 
     def fit(self, points: SegmentedPoints, linkage: Linkage) -> Candidates:
         """Fit a rectangle per method to every segment, and select the best."""
         config = self.config
         headings = rectangles.headings(points, linkage, config.rectangles)
-        candidates = selection.select(points, linkage, headings, config.selection, config.body)
-        return columns.append(points, linkage, candidates, config.baselines)
+        candidates = selection.select(points, linkage, headings, config.selection, config.lidar.range_std_m)
+        return baselines.append(points, linkage, candidates, config.baselines)
 
     def box(self, points: SegmentedPoints, linkage: Linkage, candidates: Candidates) -> Boxes:
         """Make boxes of the best rectangles of vehicle size."""
         fitted = boxes.build(points, linkage, candidates, self.config.boxes)
-        return fitted.subset(~boxes.in_shadow(fitted, self.config.shadow))
+        return fitted.subset(~boxes.in_shadow(fitted))
 
 
 def sorted_points(scan: Scan, segments: Segments, truncated: Bools) -> SegmentedPoints:

@@ -5,20 +5,26 @@ A corner (2, 3) contains the faces of one vehicle; the second is zeros if only o
 """
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.detection.lines import MINIMAL_SAMPLE, extent, fit_line, near
+from luxloop.tracker.detection.lidar import UNIT_OFFSET_M, LidarConfig
+from luxloop.tracker.detection.lines import LENGTH_MIN_M, MINIMAL_SAMPLE, extent, fit_line, near
 from luxloop.tracker.detection.point_groups import columns
 from luxloop.tracker.records import SegmentedPoints
 
-if TYPE_CHECKING:
-    from luxloop.tracker.detection.tlinkage import LinkageConfig
-EGO_REACH = 2.5
-"""Distance from the ego's centre to its farthest unit [m]."""
+FLATNESS_M = 0.01
+"""Standard deviation of a vehicle's side from a plane [m]: it leans by 3 to 5 degrees above and below its widest line.
+A larger deviation of the points widens the gate, because real sides are curved."""
+GATE = 3.0
+"""Gate on the distance of a point to a face, in standard deviations."""
+CURVE_DEPTH_M = 0.24
+"""Depth behind a face within which points belong to it, but not to its direction [m]: fronts and rears of real cars are
+bowed by this much at hood height (median of 8), a rear window is at least 0.85 behind."""
+CURVE_BEYOND_M = 0.4
+"""Distance past the ends of a face for the same [m]: corners of cars are rounded over 0.2 to 0.4."""
 NORMAL_MEDIAN = 0.6745
 """Median of the absolute value of a standard normal variable."""
 ROUNDS = 2
@@ -45,7 +51,7 @@ MIRROR_GATE = 4.0
 
 
 def label_faces(
-    points: SegmentedPoints, chosen: Ints, first: Ints, cluster: Ints, config: "LinkageConfig"
+    points: SegmentedPoints, chosen: Ints, first: Ints, cluster: Ints, tau_m: float, lidar: LidarConfig
 ) -> tuple[Ints, Floats]:
     """Return the face (P,) of each point, 0 for the dominant one, -1 for outliers, and dominant headings (S,) [rad].
 
@@ -55,23 +61,24 @@ def label_faces(
         Their height identifies points of mirrors in the plane of a side.
     chosen, first, cluster
         (K,) points that were linked, by segment; first one of each segment (S + 1,); cluster of each (K,).
+    tau_m
+        Inlier threshold of the linkage [m].
     """
-    xy, offset, noise = points.xy, points.offset, np.array([config.range_std_m, config.flatness_m])
-    gate = np.full(len(offset) - 1, config.gate)
-    corner = best_corners(xy, offset, chosen, first, cluster, noise, config)
+    xy, offset, noise = points.xy, points.offset, np.array([lidar.range_std_m, FLATNESS_M])
+    gate = np.full(len(offset) - 1, GATE)
+    corner = best_corners(xy, offset, chosen, first, cluster, noise, tau_m)
     fit_corners(xy, offset, corner, noise, gate)
-    wide = gate * excesses(xy, offset, corner, noise, config.tau_m)
+    wide = gate * excesses(xy, offset, corner, noise, tau_m)
     uncertainty, information = fit_corners(xy, offset, corner, noise, wide)
     put_dominant_first(corner, uncertainty, information)
-    limits = config.curve_depth_m, config.curve_beyond_m, math.radians(config.pitch_deg)
     label: Ints
     heading: Floats
-    label, heading = label_bodies(xy, points.z, offset, corner, uncertainty, noise, wide, *limits)
+    label, heading = label_bodies(xy, points.z, offset, corner, uncertainty, noise, wide, lidar.pitch_rad)
     return label, heading
 
 
 def best_corners(
-    points: Floats, offset: Ints, chosen: Ints, first: Ints, cluster: Ints, noise: Floats, config: "LinkageConfig"
+    points: Floats, offset: Ints, chosen: Ints, first: Ints, cluster: Ints, noise: Floats, tau_m: float
 ) -> Floats:
     """Return the corner (S, 2, 3) that explains most points, among the lines of the clusters of each segment.
 
@@ -81,11 +88,10 @@ def best_corners(
     """
     name, owner, largest = _candidates(first, cluster)
     sample = points[chosen]
-    face, length, information = candidate_faces(points, offset, sample, first, cluster, name, owner, config.tau_m)
-    used = largest | (length >= config.length_min_m)
+    face, length, information = candidate_faces(points, offset, sample, first, cluster, name, owner, tau_m)
+    used = largest | (length >= LENGTH_MIN_M)
     face, owner, information = face[used], owner[used], information[used]
-    limits = config.gate, config.curve_depth_m, config.curve_beyond_m, 0.5 * config.length_min_m
-    score, other = scores(points, offset, chosen, first, face, owner, noise, *limits)
+    score, other = scores(points, offset, chosen, first, face, owner, noise)
     order = np.lexsort((-information, -score, owner))
     best = order[np.searchsorted(owner, np.arange(len(offset) - 1))]
     return np.stack([face[best], other[best]], axis=1)
@@ -149,20 +155,18 @@ def candidate_faces(
 
 
 @kernel()
-def beside(depth: Floats, place: Floats, gates: Floats, beyond_max: float, aside: Ints) -> None:
-    """Write 1 for places between the ends of the points on a face or at most `beyond_max` past them, else 0."""
+def beside(depth: Floats, place: Floats, gates: Floats, aside: Ints) -> None:
+    """Write 1 for places between the ends of the points on a face or at most `CURVE_BEYOND_M` past them, else 0."""
     low, high = np.inf, -np.inf
     for i in range(len(place)):
         if abs(depth[i]) < gates[0, i]:
             low, high = min(low, place[i]), max(high, place[i])
     for i in range(len(place)):
-        aside[i] = low - beyond_max < place[i] < high + beyond_max
+        aside[i] = low - CURVE_BEYOND_M < place[i] < high + CURVE_BEYOND_M
 
 
 @kernel()
-def explained(
-    depth: Floats, aside: Ints, place: Floats, start: float, sign: float, gates: Floats, depth_max: float
-) -> int:
+def explained(depth: Floats, aside: Ints, place: Floats, start: float, sign: float, gates: Floats) -> int:
     """Return the points on either of two faces minus those that contradict them; gates (2, N).
 
     Depths (N,) are behind the first face; the second one is at place `start`, with the body in the direction `sign`
@@ -174,15 +178,15 @@ def explained(
         second = sign * (place[i] - start)
         outside = (depth[i] < -gates[0, i]) | (second < -gates[1, i])
         on_face = (depth[i] < gates[0, i]) | (second < gates[1, i])
-        deep = (second >= depth_max) & ((aside[i] != 1) | (depth[i] >= depth_max))
+        deep = (second >= CURVE_DEPTH_M) & ((aside[i] != 1) | (depth[i] >= CURVE_DEPTH_M))
         score += -1 if outside else (1 if on_face else (-1 if deep else 0))
     return score
 
 
 @kernel(error_model="numpy")
 def measure(
-    x: Floats, y: Floats, face: Floats, noise: tuple[float, float], gate: float, depth: Floats, place: Floats,
-    gates: Floats, deep: Floats,
+    x: Floats, y: Floats, face: Floats, noise: tuple[float, float], depth: Floats, place: Floats, gates: Floats,
+    deep: Floats,
 ) -> tuple[int, int]:  # fmt: skip
     """Write depth behind a face, place along it, gates of the depth behind it and behind a perpendicular one (2, N).
 
@@ -193,8 +197,8 @@ def measure(
     for i in range(len(x)):  # no branch: the compiler vectorises it
         normal, place[i] = a * x[i] + b * y[i], b * x[i] - a * y[i]
         depth[i] = normal + c
-        gates[0, i] = gate * depth_std(normal, x[i], y[i], noise)
-        gates[1, i] = gate * depth_std(b * x[i] - a * y[i], x[i], y[i], noise)
+        gates[0, i] = GATE * depth_std(normal, x[i], y[i], noise)
+        gates[1, i] = GATE * depth_std(b * x[i] - a * y[i], x[i], y[i], noise)
     for i in range(len(x)):
         before += depth[i] < -gates[0, i]
         deep[0, behind], deep[1, behind], deep[2, behind] = depth[i], place[i], gates[1, i]
@@ -203,10 +207,7 @@ def measure(
 
 
 @kernel(error_model="numpy")
-def across(
-    x: Floats, y: Floats, chosen: Ints, face: Floats, noise: tuple[float, float], gate: float, depth_max: float,
-    beyond_max: float, length_min: float, other: Floats,
-) -> int:  # fmt: skip
+def across(x: Floats, y: Floats, chosen: Ints, face: Floats, noise: tuple[float, float], other: Floats) -> int:
     """Return the score of a face, single or with the best perpendicular face at either end; write that one or zeros.
 
     Every `chosen` point off the face is a candidate for the other face (3,), which has at least two points, farther
@@ -215,9 +216,9 @@ def across(
     count = len(x)
     depth, place, gates = np.empty(count), np.empty(count), np.empty((2, count))
     aside, deep, other[:] = np.empty(count, np.int64), np.empty((3, count)), 0.0
-    behind, before = measure(x, y, face, noise, gate, depth, place, gates, deep)
-    beside(depth, place, gates, beyond_max, aside)
-    best = explained(depth, aside, place, -np.inf, 1.0, gates, depth_max)  # no other face: infinitely far away
+    behind, before = measure(x, y, face, noise, depth, place, gates, deep)
+    beside(depth, place, gates, aside)
+    best = explained(depth, aside, place, -np.inf, 1.0, gates)  # no other face: infinitely far away
     for c in chosen:
         if depth[c] < gates[0, c]:
             continue
@@ -231,10 +232,10 @@ def across(
         for i in range(behind):
             if abs(deep[1, i] - at) < deep[2, i]:
                 nearest, farthest, total = min(nearest, deep[0, i]), max(farthest, deep[0, i]), total + deep[1, i]
-        if farthest - nearest < length_min:
+        if farthest - nearest < 0.5 * LENGTH_MIN_M:
             continue
         for sign in (1.0, -1.0):
-            score = explained(depth, aside, place, place[c], sign, gates, depth_max)
+            score = explained(depth, aside, place, place[c], sign, gates)
             if score > best:
                 best, other[0], other[1], other[2] = score, sign * face[1], -sign * face[0], -sign * total / support
     return best
@@ -242,9 +243,8 @@ def across(
 
 @kernel()
 def scores(
-    points: Floats, offset: Ints, chosen: Ints, first: Ints, face: Floats, owner: Ints, noise: Floats, gate: float,
-    depth_max: float, beyond_max: float, length_min: float,
-) -> tuple[Ints, Floats]:  # fmt: skip
+    points: Floats, offset: Ints, chosen: Ints, first: Ints, face: Floats, owner: Ints, noise: Floats
+) -> tuple[Ints, Floats]:
     """Return the score (C,) of faces (C, 3) of segments `owner` (C,), and their perpendicular faces (C, 3).
 
     `chosen` (K,) are indices of points, and first[s] to first[s + 1] of them are in segment s; see `across`.
@@ -253,10 +253,8 @@ def scores(
     for c in range(len(face)):
         s = owner[c]
         own = slice(offset[s], offset[s + 1])
-        score[c] = across(
-            x[own], y[own], chosen[first[s] : first[s + 1]] - offset[s], face[c], (noise[0], noise[1]), gate, depth_max,
-            beyond_max, length_min, other[c],
-        )  # fmt: skip
+        linked = chosen[first[s] : first[s + 1]] - offset[s]
+        score[c] = across(x[own], y[own], linked, face[c], (noise[0], noise[1]), other[c])
     return score, other
 
 
@@ -268,7 +266,7 @@ def faces_away(points: Floats, line: Floats, tau: float) -> bool:
     points of a body lie behind a face than in front of it.
     """
     side = -line[2]
-    if abs(line[2]) < EGO_REACH:
+    if abs(line[2]) < UNIT_OFFSET_M:
         balance = 0
         for i in range(len(points)):
             depth = line[0] * points[i, 0] + line[1] * points[i, 1] + line[2]
@@ -492,13 +490,11 @@ def face_ends(depth: Floats, place: Floats, std: Floats, gate: float) -> tuple[F
 
 
 @kernel()
-def on_faces(
-    depth: Floats, place: Floats, std: Floats, gate: float, depth_max: float, beyond_max: float
-) -> tuple[Ints, Ints]:
+def on_faces(depth: Floats, place: Floats, std: Floats, gate: float) -> tuple[Ints, Ints]:
     """Return the face (N,) that each point belongs to, -1 for none, and (N,) 1 for points outside any face.
 
-    A point belongs to the nearest face if it is at most `depth_max` behind it and at most `beyond_max` past its ends,
-    the curvature of bumpers, flanks and rounded corners.
+    A point belongs to the nearest face if it is at most `CURVE_DEPTH_M` behind it and at most `CURVE_BEYOND_M` past its
+    ends, the curvature of bumpers, flanks and rounded corners.
     """
     label, outside = np.full(depth.shape[1], -1, np.int64), np.zeros(depth.shape[1], np.int64)
     least = np.full(depth.shape[1], np.inf)
@@ -509,8 +505,8 @@ def on_faces(
             if depth[k, i] < -gate * std[k, i] * (2.0 if is_end else 1.0):
                 outside[i] = 1
             elif (
-                depth[k, i] < depth_max
-                and low[k] - beyond_max < place[k, i] < high[k] + beyond_max
+                depth[k, i] < CURVE_DEPTH_M
+                and low[k] - CURVE_BEYOND_M < place[k, i] < high[k] + CURVE_BEYOND_M
                 and abs(depth[k, i]) < least[i]
             ):
                 least[i], label[i] = abs(depth[k, i]), k
@@ -527,7 +523,6 @@ def unseen_sides(
     outside: Ints,
     slack: float,
     pitch: float,
-    depth_max: float,
 ) -> None:
     """Label the points along unseen sides, which start at those ends of a face where there is no other face.
 
@@ -547,11 +542,11 @@ def unseen_sides(
                 continue
             for i in range(len(points)):
                 beyond = sign * place[k, i] - edge
-                if depth[k, i] < depth_max or outside[i] == 1 or (label[i] >= 0 and label[i] != k):
+                if depth[k, i] < CURVE_DEPTH_M or outside[i] == 1 or (label[i] >= 0 and label[i] != k):
                     continue
                 if beyond > slack + pitch * math.hypot(points[i, 0], points[i, 1]):
                     outside[i] = 1
-                elif beyond > -depth_max:
+                elif beyond > -CURVE_DEPTH_M:
                     label[i] = 2 * k + (2 if sign > 0.0 else 3)
 
 
@@ -601,8 +596,6 @@ def label_bodies(
     uncertainty: Floats,
     noise: Floats,
     gate: Floats,
-    depth_max: float,
-    beyond_max: float,
     pitch: float,
 ) -> tuple[Ints, Floats]:
     """Return the face (N,) of points (N, 2) on the bodies of segments, and headings of faces 0 (S,) [rad].
@@ -615,8 +608,8 @@ def label_bodies(
     for s in range(len(corner)):
         own, faces = points[offset[s] : offset[s + 1]], corner[s]
         depth, place, std = face_depths(*columns(own), faces, uncertainty[s], (noise[0], noise[1]))
-        member, outside = on_faces(depth, place, std, gate[s], depth_max, beyond_max)
-        unseen_sides(own, faces, depth, place, member, outside, gate[s] * noise[1], pitch, depth_max)
+        member, outside = on_faces(depth, place, std, gate[s])
+        unseen_sides(own, faces, depth, place, member, outside, gate[s] * noise[1], pitch)
         for i in range(len(own)):
             member[i] = -1 if outside[i] == 1 else member[i]  # a loop: slices of arrays take long to compile
         for k in range(2):

@@ -8,14 +8,15 @@ import numpy as np
 
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.faces import FLATNESS_M
 from luxloop.tracker.detection.point_groups import by_key, columns
 from luxloop.tracker.geometry import fold, rotate
 from luxloop.tracker.records import Linkage, SegmentedPoints
 
+STEP_DEG = 1.0
+"""Step of the heading grid [deg]."""
 RANGE_STD = 0.027
-"""Standard deviation of a range, along the beam [m], as `LinkageConfig.range_std_m`."""
-FLATNESS_STD = 0.01
-"""Standard deviation of points across a side for all other reasons [m], see `SelectionConfig.flatness_m`."""
+"""Standard deviation of a range, along the beam [m], as `LidarConfig.range_std_m`."""
 SIDE_SIGMA = 2.4
 """Half-width of a side in standard deviations: of 20 to 100 points the outermost is 2 to 2.6 off."""
 LANES = 8
@@ -30,18 +31,15 @@ SLACK_M2 = 1e-9
 class RectangleConfig:
     """Heading search by the three criteria of Zhang 2017."""
 
-    step_deg: float = 1.0
-    """Step of the heading grid [deg]."""
     halvings: int = 5
-    """Halvings of that step around the best heading: five give 1/32. 0 for the grid only, as published."""
+    """Halvings of the grid's step around the best heading: five give 1/32. Set 0 for the grid only, as published."""
     closeness_floor_m: float = 0.01
-    """Lower limit d0 of a distance in the closeness criterion [m]."""
+    """Lower limit d0 of a distance in the closeness criterion [m]. Raise it to the noise of the unit."""
     points: Literal["all", "lines"] = "all"
-    """Points of the criteria: `all` of the segment, as published, or those on its `lines`."""
+    """Points of the criteria: `all` of the segment, as published, or those on its `lines`.
+    Change it to see what outliers cost the criteria."""
 
     def __post_init__(self) -> None:
-        if not 0.01 <= self.step_deg <= 45.0:
-            raise ValueError(f"step_deg is {self.step_deg}; give a step of 0.01 to 45 degrees")
         if not 0 <= self.halvings <= 30:
             raise ValueError(f"halvings is {self.halvings}; give 0 for the grid only, or up to 30")
         if self.closeness_floor_m <= 0.0:
@@ -55,7 +53,7 @@ def headings(points: SegmentedPoints, linkage: Linkage, config: RectangleConfig)
     """
     line = linkage.line.take(points.source)
     xy, offset = points.chosen(line >= 0) if config.points == "lines" else (points.xy, points.offset)
-    grid = np.deg2rad(np.arange(0.0, 90.0, config.step_deg))
+    grid = np.deg2rad(np.arange(0.0, 90.0, STEP_DEG))
     by_criteria = best_headings(xy, offset, grid, config.closeness_floor_m, config.halvings)
     return fold(np.column_stack([by_criteria, linkage.heading]))
 
@@ -68,7 +66,7 @@ def measure(points: SegmentedPoints, linkage: Linkage, heading: Floats) -> tuple
     the beam: across a side, it is scaled by the cosine of the angle between beam and normal.
     """
     xy, offset = points.chosen(linkage.line.take(points.source) >= 0)
-    low, high = extents(xy, offset, heading, RANGE_STD, FLATNESS_STD, SIDE_SIGMA)
+    low, high = extents(xy, offset, heading, RANGE_STD, FLATNESS_M, SIDE_SIGMA)
     return rotate(0.5 * (low + high), heading), high - low
 
 

@@ -23,11 +23,11 @@ class SegmentationConfig:
     """
 
     radius_m: float = 0.5
-    """Radius at the ego [m]; must also bridge a side mirror (0.2 m)."""
+    """Radius at the ego [m]; must also bridge a side mirror (0.2 m). Lower it if near objects merge."""
     radius_per_m: float = 0.02
-    """Growth of the radius with range, dimensionless."""
+    """Growth of the radius with range, dimensionless. Raise it for units of lower resolution, if vehicles are split."""
     points_min: int = 5
-    """Smaller segments are dropped: a rectangle has five parameters."""
+    """Smaller segments are dropped: a rectangle has five parameters. Lower it to detect farther, less reliably."""
 
     def __post_init__(self) -> None:
         if self.radius_m <= 0.0 or self.radius_per_m < 0.0:

@@ -9,8 +9,7 @@ import numpy as np
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection import body_fit
-from luxloop.tracker.detection.alignment import align
-from luxloop.tracker.detection.body_fit import BodyFitConfig
+from luxloop.tracker.detection.alignment import FLATNESS_M, REACH_M, align
 from luxloop.tracker.detection.rectangles import measure
 from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import Candidates, Linkage, SegmentedPoints
@@ -24,19 +23,11 @@ class SelectionConfig:
     """`paper`: equation (3), the variance of the absolute residuals on the dominant line, among the four candidates.
     T-linkage's heading is that line's least-squares direction, so other candidates rarely win. `alignment`: alignment
     of all points of the segment along and across the heading; the best candidate is refined to the minimum. `body`: a
-    body with bowed faces is fitted from the best aligned candidates, see `[tracker.body]`."""
-    reach_m: float = 0.08
-    """Spread of points across a perpendicular side [m], as `linkage.tau_m`: two steps of the LUX's resolution.
-    Range noise is along the beam: across an oblique side there is less of it."""
-    flatness_m: float = 0.03
-    """Spread across a side at grazing incidence [m], without range noise. A LUX beam is 2.8 cm wide at 20 m, a standard
-    deviation of 0.8 cm, and panels are flat to the same amount."""
+    body with bowed faces is fitted from the best aligned candidates. Change it to compare with the paper."""
 
     def __post_init__(self) -> None:
         if self.variant not in ("body", "alignment", "paper"):
             raise ValueError(f'variant is "{self.variant}"; give "body", "alignment" or "paper"')
-        if min(self.reach_m, self.flatness_m) <= 0.0:
-            raise ValueError("reach_m and flatness_m must be positive distances in metres")
 
 
 def select(
@@ -44,12 +35,12 @@ def select(
     linkage: Linkage,
     heading: Floats,
     config: SelectionConfig,
-    body: BodyFitConfig | None = None,
+    range_std_m: float,
 ) -> Candidates:
     """Return the rectangles of headings (S, 4), of a refined one, their costs, and the best per segment.
 
     The last method, `refined`, is the best of the others; `alignment` refines its heading, `body` fits it, `paper` does
-    not. `body`, which has settings of its own, always selects it.
+    not. `body` always selects it. `range_std_m` is the range noise [m].
     """
     covariance = None
     if config.variant == "paper":
@@ -58,10 +49,10 @@ def select(
         refined, least = (np.take_along_axis(of, cheapest, axis=1) for of in (heading, cost))
         cost = np.hstack([cost, least])
     elif config.variant == "alignment":
-        turned, cost = align(points.xy, points.offset, heading, config.reach_m, config.flatness_m)
+        turned, cost = align(points.xy, points.offset, heading, REACH_M, FLATNESS_M)
         refined = turned[:, -1:]
     else:
-        found = body_fit.fit(points, heading, config.reach_m, config.flatness_m, body or BodyFitConfig())
+        found = body_fit.fit(points, heading, range_std_m)
         refined, covariance = found.heading[:, None], found.covariance
         cost = np.full((len(heading), heading.shape[1] + 1), np.nan)
         cost[:, -1] = found.cost

@@ -11,58 +11,44 @@ from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.faces import label_faces
-from luxloop.tracker.detection.lines import label_lines
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.detection.lines import LineLimits, label_lines
 from luxloop.tracker.detection.point_groups import even_subset
 from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import Linkage, SegmentedPoints
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Golden ratio minus 1."""
+LOCALITY = 0.25
+"""Scale of the local sampling as a fraction of the segment's diagonal, as in the code of Magri and Fusiello."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkageConfig:
-    """Scales of the linkage, and conditions for lines."""
+    """Scale and sampling of the linkage."""
 
     variant: Literal["faces", "lines", "paper"] = "faces"
     """Use of T-linkage's clusters. `paper`: clusters before the largest jump in size are lines, all other points
     outliers. `lines`: clusters unlikely to arise by chance are lines, at any angle. `faces`: clusters propose the two
-    perpendicular faces of a vehicle; points outside these or well inside are outliers."""
+    perpendicular faces of a vehicle; points outside these or well inside are outliers. Change it to
+    compare with the paper."""
     tau_m: float = 0.08
-    """Inlier threshold of equation (1) [m]: two steps of the LUX's distance resolution, 4 cm by its data sheet."""
+    """Inlier threshold of equation (1) [m]: two steps of the LUX's distance resolution, 4 cm by its data sheet.
+    Change it with the noise of the unit."""
     samples_per_point: int = 2
-    """Line hypotheses per point, as in the code of Magri and Fusiello for local sampling."""
-    locality: float = 0.25
-    """Scale of the local sampling as a share of the segment's diagonal, as in their code."""
+    """Line hypotheses per point, as in the code of Magri and Fusiello for local sampling. More find lines of few
+    points."""
     points_max: int = 40
-    """Larger segments are linked on an evenly spaced subset; every point is then assigned to the lines found."""
-    length_min_m: float = 0.5
-    """Minimum length of a further line [m]: a motorcycle is 0.7 wide, a mirror 0.25."""
-    turn_min_deg: float = 20.0
-    """Variant `lines`: minimum angle between a further line and each larger one [deg]."""
-    range_std_m: float = 0.027
-    """Variant `faces`: range noise along the beam [m]: a third of `tau_m`."""
-    flatness_m: float = 0.01
-    """Standard deviation of a vehicle's side from a plane [m]: it leans by 3 to 5 degrees above and below its widest
-    line. A larger deviation of the points widens the gate, because real sides are curved."""
-    gate: float = 3.0
-    """Gate on the distance of a point to a face, in standard deviations."""
-    curve_depth_m: float = 0.24
-    """Depth behind a face within which points belong to it, but not to its direction [m]: fronts and rears of real
-    cars are bowed by this much at hood height (median of 8), a rear window is at least 0.85 behind."""
-    curve_beyond_m: float = 0.4
-    """Distance past the ends of a face for the same [m]: corners of cars are rounded over 0.2 to 0.4."""
-    pitch_deg: float = 0.25
-    """Angle between beams, the accuracy of the end of a face [deg]."""
+    """Larger segments are linked on an evenly spaced subset; every point is then assigned to the lines found.
+    Change it to trade time for lines of few points."""
     seed: int = 0
-    """Seed of the start of the hypotheses, which all segments share."""
+    """Seed of the start of the hypotheses, which all segments share. Change it to see how much results depend on it."""
 
     def __post_init__(self) -> None:
-        if self.tau_m <= 0.0 or self.locality <= 0.0:
-            raise ValueError("tau_m and locality must be positive")
+        if self.tau_m <= 0.0:
+            raise ValueError(f"tau_m is {self.tau_m}; give a positive distance in metres")
         require_within(self, 1, 100, "samples_per_point")
         require_within(self, 2, 10_000, "points_max")
-        if self.range_std_m < 0.0 or self.flatness_m <= 0.0 or self.gate <= 0.0:
-            raise ValueError("flatness_m and gate must be positive and range_std_m not negative")
         if self.seed < 0:
             raise ValueError(f"seed is {self.seed}; give 0 or more")
 
@@ -78,7 +64,7 @@ def uniforms(seed: int, points: int, samples: int) -> Floats:
     return np.asarray((shift[:, None] + np.arange(samples)) / samples)
 
 
-def link(points: SegmentedPoints, config: LinkageConfig) -> Linkage:
+def link(points: SegmentedPoints, config: LinkageConfig, lidar: LidarConfig) -> Linkage:
     """Run algorithm 1 on every segment.
 
     The hypotheses are lines through pairs of near points. Clusters with overlapping preferences (1) are merged, nearest
@@ -94,13 +80,12 @@ def link(points: SegmentedPoints, config: LinkageConfig) -> Linkage:
     """
     chosen, first = even_subset(points.xy, points.offset, config.points_max)
     sample, numbers = points.xy[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
-    cluster = link_samples(sample, first, numbers, config.locality, config.tau_m)
+    cluster = link_samples(sample, first, numbers, LOCALITY, config.tau_m)
     if config.variant == "faces":
-        label, heading = label_faces(points, chosen, first, cluster, config)
+        label, heading = label_faces(points, chosen, first, cluster, config.tau_m, lidar)
     else:
-        turn_min, paper = math.sin(math.radians(config.turn_min_deg)), config.variant == "paper"
-        limits = config.tau_m, config.length_min_m, turn_min, paper
-        label, heading = label_lines(points.xy, points.offset, sample, first, cluster, *limits)
+        paper = config.variant == "paper"
+        label, heading = label_lines(points.xy, points.offset, sample, first, cluster, LineLimits(config.tau_m), paper)
     line = np.full(len(points.segments.label), -1, dtype=np.int64)
     line[points.source] = label
     return Linkage(line=line, heading=fold(heading))

@@ -16,20 +16,21 @@ from luxloop.tracker.detection.point_groups import by_group, by_key
 from luxloop.tracker.records import Segments
 from luxloop.tracker.scan import Scan
 
+NEARER_M = 0.5
+"""Minimum difference of range at an occlusion boundary [m]; parts of one body differ by less at its ends."""
+
 
 @dataclass(frozen=True, slots=True)
 class TruncationConfig:
-    """Definition of neighbouring beams and of occluders."""
+    """Definition of neighbouring beams."""
 
     neighbour_s: float = 0.00025
     """Maximum time between neighbouring beams of one unit and layer [s]: 1.1 degrees of a sweep at 12.5 Hz, two beam
-    spacings, so that one beam may be lost."""
-    nearer_m: float = 0.5
-    """Minimum difference of range at an occlusion boundary [m]; parts of one body differ by less at its ends."""
+    spacings, so that one beam may be lost. Change it with the rate and the resolution of the units."""
 
     def __post_init__(self) -> None:
-        if self.neighbour_s < 0.0 or self.nearer_m <= 0.0:
-            raise ValueError("neighbour_s must not be negative and nearer_m must be above 0")
+        if self.neighbour_s < 0.0:
+            raise ValueError(f"neighbour_s is {self.neighbour_s}; give 0 or more")
 
 
 def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, config: TruncationConfig) -> Bools:
@@ -57,9 +58,9 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, con
         segments.label,
         np.asarray(limits, dtype=np.float64),
         config.neighbour_s,
-        config.nearer_m,
+        NEARER_M,
     )
-    return cut | keep & (range_m > range_max_m - config.nearer_m)
+    return cut | keep & (range_m > range_max_m - NEARER_M)
 
 
 @kernel()

@@ -20,7 +20,7 @@ class AutowareDetector(Detector):
         """Fit one rectangle to every segment; its sides are measured on the points on lines, as for all methods."""
         count = points.segments.count
         parts = np.split(points.xy, points.offset[1:-1]) if count else []
-        angles = [autoware.heading(part[_even(len(part))], self.config.baselines) for part in parts]
+        angles = [autoware(part[_even(len(part))]) for part in parts]
         heading = fold(np.reshape(angles, (-1, 1)).astype(np.float64))
         center, size = measure(points, linkage, heading)
         best = np.zeros(count, dtype=np.int64)

@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 from support import naive_bodies
 
 from luxloop.tracker.detection import body_fit, bowed_faces
-from luxloop.tracker.detection.body_fit import BodyFitConfig
 from luxloop.tracker.detection.bowed_faces import ASIDE, DEPTH, FACE, PLACE, RESIDUALS, VARIANCE
 
-SHAPE = body_fit._shape(BodyFitConfig())
+SHAPE = bowed_faces.BodyShape(range_std=0.027)
 
 
 @settings(max_examples=30)

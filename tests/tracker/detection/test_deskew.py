@@ -10,6 +10,7 @@ from support.shapes import Car, scan_car
 from luxloop.sim.scripted.motions import Arc, Straight, state_at
 from luxloop.tracker.detection.boxes import BoxConfig, build
 from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, twist, undo_targets
+from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.records import NOT_USED, Candidates, Linkage, Segments, Status
@@ -127,7 +128,7 @@ def test_points_of_a_track_are_moved_to_the_time_of_the_scan():
     segments = Segments(np.repeat([0, 0, 1], 10), 2)
     center = rotate(np.array([20.0, 0.0]), 0.5) + pose[:2]
     points = sort_by_segment(when_seen, segments, time_offset=tau)
-    still = undo_targets(points, pose, movers((*center, 0.5, *velocity)), DeskewConfig())
+    still = undo_targets(points, pose, movers((*center, 0.5, *velocity)))
     assert still.xy == pytest.approx(np.vstack([rear, wall]), abs=1e-5)
     assert not still.time_offset[:20].any()
     assert still.time_offset[20:] == pytest.approx(tau[20:])
@@ -138,11 +139,11 @@ def test_a_segment_moves_with_the_nearest_track_and_other_points_stay():
     segments = Segments(np.array([0, 0, NOT_USED, 1]), 2)
     near_and_far = movers((11.5, 0.0, 0.0, 5.0, 0.0), (10.5, 0.0, 0.0, 10.0, 0.0))
     swept = sort_by_segment(points, segments, time_offset=np.full(4, 0.01))
-    still = undo_targets(swept, np.zeros(3), near_and_far, DeskewConfig())
+    still = undo_targets(swept, np.zeros(3), near_and_far)
     assert still.xy[:, 0] == pytest.approx([9.9, 10.1, 30.0])
     assert still.time_offset == pytest.approx([0.0, 0.0, 0.01])
     for far_away in (movers(), movers((50.0, 0.0, 0.0, 5.0, 0.0))):
-        same = undo_targets(swept, np.zeros(3), far_away, DeskewConfig())
+        same = undo_targets(swept, np.zeros(3), far_away)
         assert same.xy == pytest.approx(points[[0, 1, 3]])
 
 
@@ -176,9 +177,9 @@ def oncoming(unit_yaw_deg, ego_mps, speed_mps=30.0, frames=21):
         yield center, scan_at(DT * k, (ego_x, 0.0, 0.0), points, tau)
 
 
-def lead(unit_yaw_deg, ego_mps=0.0, sweep=None):
+def lead(unit_yaw_deg, ego_mps=0.0, deskew=None, detector=None):
     """Return the longitudinal error of the track's front over the last frames [m], positive forward."""
-    tracker, leads = Tracker(TrackerConfig(sweep=sweep or DeskewConfig())), []
+    tracker, leads = Tracker(TrackerConfig(deskew=deskew or DeskewConfig()), detector), []
     for k, (center, scan) in enumerate(oncoming(unit_yaw_deg, ego_mps)):
         tracks, _ = tracker.step(scan)
         if k >= 17:
@@ -198,8 +199,14 @@ def test_an_oncoming_car_is_tracked_at_the_time_of_the_scan(unit_yaw_deg, ego_mp
     assert np.abs((uncorrected - at_once).mean()) > 0.1
 
 
+class WithoutTargets(Detector):
+    """Compensates ego motion only, and keeps the time offsets of all points."""
+
+    def step(self, scan, _=None, long=None):
+        return super().step(scan, None, long)
+
+
 def test_the_time_of_a_box_compensates_missing_target_deskew():
     """Without deskew of its segment, the box has a time offset that the track update compensates."""
-    without_targets = DeskewConfig(margin_m=-5.0)
-    off = lead(30.0, sweep=without_targets) - lead(None)
+    off = lead(30.0, detector=WithoutTargets(TrackerConfig())) - lead(None)
     assert np.abs(off).max() < 0.03

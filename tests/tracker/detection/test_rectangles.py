@@ -9,6 +9,7 @@ from support.shapes import l_shape, rotation
 from support.stages import as_one_segment, fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import rectangles, tlinkage
+from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.rectangles import RectangleConfig, extents
 from luxloop.tracker.detection.rectangles import convex_hull as hull_of_sorted
 from luxloop.tracker.detection.segmentation import sort_by_segment
@@ -136,7 +137,7 @@ def test_segments_are_fitted_independently():
     mixed = np.random.default_rng(0).permutation(len(segments.label))
     points, segments = np.concatenate(shapes)[mixed], Segments(segments.label[mixed], 3)
     points = sort_by_segment(points, segments)
-    found = rectangles.headings(points, tlinkage.link(points, LinkageConfig()), RectangleConfig())
+    found = rectangles.headings(points, tlinkage.link(points, LinkageConfig(), LidarConfig()), RectangleConfig())
     assert found.shape == (3, len(METHODS) - 1), "selection adds the refined one"
     assert np.abs(off_quarter(found[:, VARIANCE], [0.2, 0.7, 1.3])).max() < 0.05
 
@@ -213,9 +214,7 @@ def test_no_segment():
     assert rectangles.measure(nothing, linkage, found)[1].shape == (0, 4, 2)
 
 
-@pytest.mark.parametrize(
-    "values", [{"step_deg": 0.0}, {"step_deg": 60.0}, {"halvings": -1}, {"closeness_floor_m": 0.0}]
-)
+@pytest.mark.parametrize("values", [{"halvings": -1}, {"halvings": 31}, {"closeness_floor_m": 0.0}])
 def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         RectangleConfig(**values)

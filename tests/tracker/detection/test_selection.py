@@ -17,7 +17,9 @@ from luxloop.tracker.records import METHODS, Linkage, Segments
 def choose(points, line, headings, variant="alignment"):
     """Select among headings."""
     linkage = Linkage(np.asarray(line), np.array([headings[-1]]))
-    return selection.select(as_one_segment(points), linkage, np.array([headings]), SelectionConfig(variant=variant))
+    return selection.select(
+        as_one_segment(points), linkage, np.array([headings]), SelectionConfig(variant=variant), 0.027
+    )
 
 
 def misalignment(points, heading, ray=(1.0, 0.0)):
@@ -217,17 +219,16 @@ def test_the_refined_rectangle_is_measured_along_its_heading():
     np.testing.assert_allclose(found.center_ego[0, -1], [10.0, 5.0] + rotation(0.7) @ [2.0, 1.0], atol=0.02)
 
 
-@pytest.mark.parametrize("values", [{"reach_m": 0.0}, {"flatness_m": -0.01}])
-def test_distances_must_be_positive(values):
-    with pytest.raises(ValueError, match=next(iter(values))):
-        SelectionConfig(**values)
+def test_an_unknown_variant_is_rejected():
+    with pytest.raises(ValueError, match='variant is "best"; give'):
+        SelectionConfig(variant="best")
 
 
 @pytest.mark.parametrize("variant", ["body", "alignment", "paper"])
 def test_no_segment(variant):
     points = sort_by_segment(np.ones((3, 2)), Segments(np.full(3, -1), 0))
     linkage = Linkage(np.full(3, -1), np.empty(0))
-    found = selection.select(points, linkage, np.empty((0, 4)), SelectionConfig(variant=variant))
+    found = selection.select(points, linkage, np.empty((0, 4)), SelectionConfig(variant=variant), 0.027)
     assert found.heading.shape == found.cost.shape == (0, len(METHODS))
     assert found.size.shape == (0, len(METHODS), 2)
     assert found.covariance is None or (variant == "body" and found.covariance.shape == (0, 3, 3))

@@ -11,13 +11,18 @@ from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import as_one_segment, off_quarter
 
 from luxloop.tracker.detection import faces, lines, tlinkage
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.detection.lines import LENGTH_MIN_M
+from luxloop.tracker.detection.point_groups import even_subset
 from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.records import Segments
 
+LIDAR = LidarConfig()
+
 
 def link(points, **config):
-    return tlinkage.link(as_one_segment(points), LinkageConfig(**config))
+    return tlinkage.link(as_one_segment(points), LinkageConfig(**config), LIDAR)
 
 
 def ranged(points, rng, std=0.025):
@@ -112,7 +117,7 @@ def car_and_clusters(seed, config, step=1):
     points, _ = scan_car(car, rng)
     points = points[np.argsort(np.arctan2(points[:, 1], points[:, 0]))]
     sample = points[::step]
-    drawn = tlinkage.hypotheses(sample, tlinkage.uniforms(0, len(sample), 2), config.locality)
+    drawn = tlinkage.hypotheses(sample, tlinkage.uniforms(0, len(sample), 2), tlinkage.LOCALITY)
     cluster = tlinkage.agglomerate(tlinkage.preferences(sample, drawn, config.tau_m))
     names = sorted(np.unique(cluster), key=lambda name: (-np.sum(cluster == name), name))
     return points, cluster, [sample[cluster == name] for name in names]
@@ -123,7 +128,7 @@ def test_lines_equal_the_reference(seed):
     """Stages after clustering: chance, refinement."""
     config = LinkageConfig(variant="lines")
     points, _, clusters = car_and_clusters(seed, config)
-    sides = naive_fit.find_lines(points, clusters, config.tau_m, config.length_min_m, np.sin(np.deg2rad(20.0)))
+    sides = naive_fit.find_lines(points, clusters, config.tau_m, LENGTH_MIN_M, np.sin(np.deg2rad(20.0)))
     twin = naive_fit.settle(points, sides, config.tau_m)
     found = link(points, variant="lines", points_max=len(points))
     np.testing.assert_array_equal(found.line, twin)
@@ -138,16 +143,16 @@ def test_faces_equal_the_reference(seed):
     step = 1 + seed % 3  # the sample proposes, all points score
     points, cluster, clusters = car_and_clusters(seed, config, step)
     chosen = np.arange(0, len(points), step)
-    noise = np.array([config.range_std_m, config.flatness_m])
-    limits = (noise, config.gate, config.curve_depth_m, config.curve_beyond_m)
+    noise = np.array([LIDAR.range_std_m, faces.FLATNESS_M])
+    limits = (noise, faces.GATE, faces.CURVE_DEPTH_M, faces.CURVE_BEYOND_M)
     offset, first = np.array([0, len(points)]), np.array([0, len(chosen)])
-    found = faces.best_corners(points, offset, chosen, first, cluster, noise, config)
-    twin = naive_faces.best_corner(points, clusters, chosen, config.tau_m, *limits, config.length_min_m)
+    found = faces.best_corners(points, offset, chosen, first, cluster, noise, config.tau_m)
+    twin = naive_faces.best_corner(points, clusters, chosen, config.tau_m, *limits, LENGTH_MIN_M)
     np.testing.assert_allclose(found[0], twin, atol=1e-9)
 
-    uncertainty, information = faces.fit_corners(points, offset, found, noise, np.array([config.gate]))
+    uncertainty, information = faces.fit_corners(points, offset, found, noise, np.array([faces.GATE]))
     faces.put_dominant_first(found, uncertainty, information)
-    twin, twin_uncertainty = naive_faces.fit_corner(points, twin, noise, config.gate)
+    twin, twin_uncertainty = naive_faces.fit_corner(points, twin, noise, faces.GATE)
     np.testing.assert_allclose(found[0], twin, atol=1e-6)
     np.testing.assert_allclose(
         uncertainty[0, found[0].any(axis=1)], twin_uncertainty[found[0].any(axis=1)], rtol=1e-5, atol=1e-6
@@ -157,10 +162,10 @@ def test_faces_equal_the_reference(seed):
     assert wide == pytest.approx(naive_faces.excess(points, found[0], noise, config.tau_m))
 
     heights = np.random.default_rng(seed).uniform(0.3, 1.2, len(points))
-    gate, reach, pitch = np.array([config.gate]), limits[2:], np.deg2rad(config.pitch_deg)
+    gate = np.array([faces.GATE])
     for height in (np.zeros(len(points)), heights):
         cloud = np.column_stack([points, height])
-        label, _ = faces.label_bodies(points, height, offset, found, uncertainty, noise, gate, *reach, pitch)
+        label, _ = faces.label_bodies(points, height, offset, found, uncertainty, noise, gate, LIDAR.pitch_rad)
         np.testing.assert_array_equal(
             label, naive_faces.label_body(cloud, found[0], uncertainty[0], *limits, np.deg2rad(0.25))
         )
@@ -237,11 +242,27 @@ def test_windows_and_mirrors_are_outliers_and_body_points_are_not(seed):
     assert np.mean(removed[~wrong]) < 0.1
 
 
+def corner_of(points):
+    """Corner of one segment, its uncertainty, and the gate of its points."""
+    offset, config, noise = np.array([0, len(points)]), LinkageConfig(), np.array([LIDAR.range_std_m, faces.FLATNESS_M])
+    chosen, first = even_subset(points, offset, config.points_max)
+    drawn = tlinkage.uniforms(config.seed, config.points_max, config.samples_per_point)
+    cluster = tlinkage.link_samples(points[chosen], first, drawn, tlinkage.LOCALITY, config.tau_m)
+    corner = faces.best_corners(points, offset, chosen, first, cluster, noise, config.tau_m)
+    faces.fit_corners(points, offset, corner, noise, np.array([faces.GATE]))
+    gate = faces.GATE * faces.excesses(points, offset, corner, noise, config.tau_m)
+    uncertainty, information = faces.fit_corners(points, offset, corner, noise, gate)
+    faces.put_dominant_first(corner, uncertainty, information)
+    return corner[0], uncertainty[0], gate[0]
+
+
 def test_curved_parts_belong_to_their_line_without_effect_on_its_direction():
     """Rounded corners are body; they must not be outliers and not bias the heading."""
     points, _ = scan_car(Car(center=(12.0, 5.0), heading=0.2, layer_bias=(0.0,) * 4), np.random.default_rng(2))
-    with_curves, without = link(points), link(points, curve_depth_m=0.05)
-    assert np.sum(with_curves.line < 0) < 0.5 * np.sum(without.line < 0)
+    with_curves, (corner, uncertainty, gate) = link(points), corner_of(points)
+    limits = np.array([LIDAR.range_std_m, faces.FLATNESS_M]), gate, 0.05, faces.CURVE_BEYOND_M
+    without = naive_faces.label_body(points, corner, uncertainty, *limits, LIDAR.pitch_rad)
+    assert np.sum(with_curves.line < 0) < 0.5 * np.sum(without < 0)
     assert abs(off_quarter(with_curves.heading[0], 0.2)) < 0.5
 
 
@@ -312,7 +333,7 @@ def test_a_segment_depends_on_its_own_points_only():
     first, second = noisy_l(1), noisy_l(2) + 20.0
     single = link(second)
     segments = Segments(label=np.repeat([0, 1], [len(first), len(second)]), count=2)
-    together = tlinkage.link(sort_by_segment(np.concatenate([first, second]), segments), LinkageConfig())
+    together = tlinkage.link(sort_by_segment(np.concatenate([first, second]), segments), LinkageConfig(), LIDAR)
     np.testing.assert_array_equal(together.line[len(first) :], single.line)
     assert together.heading[1] == single.heading[0]
 
@@ -349,12 +370,12 @@ def test_degenerate_segments_have_a_dominant_line(points):
 
 
 def test_no_segment():
-    linkage = tlinkage.link(sort_by_segment(np.ones((3, 3)), Segments(np.full(3, -1), 0)), LinkageConfig())
+    linkage = tlinkage.link(sort_by_segment(np.ones((3, 3)), Segments(np.full(3, -1), 0)), LinkageConfig(), LIDAR)
     assert linkage.line.tolist() == [-1, -1, -1]
     assert linkage.heading.shape == (0,)
 
 
-@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"locality": -1.0}, {"samples_per_point": 0}, {"points_max": 1}])
+@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"seed": -1}, {"samples_per_point": 0}, {"points_max": 1}])
 def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         LinkageConfig(**values)
