@@ -22,7 +22,6 @@ from luxloop.tracker.detection.boxes import NOISE_STD_M
 from luxloop.tracker.detection.faces import CURVE_DEPTH_M
 from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.preprocess import PreprocessConfig
-from luxloop.tracker.detection.rectangles import RANGE_STD
 from luxloop.tracker.tracking.existence import MemoryConfig, existence
 from luxloop.tracker.tracking.filters import FilterConfig
 from luxloop.tracker.tracking.mma import MmaConfig
@@ -35,7 +34,7 @@ CAR, _, LORRY, _, MOTORCYCLE = SIZE_CLASSES
 TUNED = {
     "range noise [m]": (
         (UNIT.range_sigma_m, "unit file, with its source"),
-        (RANGE_STD, LidarConfig().range_std_m, "a third of two steps of the data sheet's distance resolution"),
+        (LidarConfig().range_std_m, "a third of two steps of the data sheet's distance resolution"),
     ),
     "scatter about a side [m]": (
         (UNIT.range_sigma_m, "unit file, with its source"),

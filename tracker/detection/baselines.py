@@ -42,17 +42,20 @@ class BaselineConfig:
     fits; tracks do not change."""
 
 
-def append(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, config: BaselineConfig) -> Candidates:
+def append(
+    points: SegmentedPoints, linkage: Linkage, candidates: Candidates, config: BaselineConfig, range_std_m: float
+) -> Candidates:
     """Return the candidates with the columns of `BASELINES` appended.
 
     The heading of a baseline uses all points of a segment; its sides are measured on the points on lines, as those of
-    the other methods. It has no cost and is not selected. Columns are NaN if not fitted.
+    the other methods, with a range noise `range_std_m` [m]. It has no cost and is not selected. Columns are NaN if not
+    fitted.
     """
     shape = (points.segments.count, len(BASELINES))
     heading, center, size = np.full(shape, np.nan), np.full((*shape, 2), np.nan), np.full((*shape, 2), np.nan)
     if config.enabled and points.segments.count:
         heading = fold(np.array([headings(part) for part in np.split(points.xy, points.offset[1:-1])]))
-        center, size = measure(points, linkage, heading)
+        center, size = measure(points, linkage, heading, range_std_m)
     return Candidates(
         heading=np.concatenate([candidates.heading, heading], axis=1),
         center_ego=np.concatenate([candidates.center_ego, center], axis=1),

@@ -1,4 +1,8 @@
-"""Boxes: selected rectangles of vehicle size, with their nearest corner and its covariance."""
+"""Boxes: selected rectangles of vehicle size, with their nearest corner and its covariance.
+
+Boxes behind a visible face are suppressed: windows above a hood or a deck are parts of the nearer vehicle. Segments of
+the size of a person or a bicycle, also those below the size of a vehicle, are small boxes.
+"""
 
 import math
 from dataclasses import dataclass

@@ -148,8 +148,9 @@ class Detector:
         """Fit a rectangle per method to every segment, and select the best."""
         config = self.config
         headings = rectangles.headings(points, linkage, config.rectangles)
-        candidates = selection.select(points, linkage, headings, config.selection, config.lidar.range_std_m)
-        return baselines.append(points, linkage, candidates, config.baselines)
+        range_std_m = config.lidar.range_std_m
+        candidates = selection.select(points, linkage, headings, config.selection, range_std_m)
+        return baselines.append(points, linkage, candidates, config.baselines, range_std_m)
 
     def box(self, points: SegmentedPoints, linkage: Linkage, candidates: Candidates) -> Boxes:
         """Make boxes of the best rectangles of vehicle size."""

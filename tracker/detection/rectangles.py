@@ -15,8 +15,6 @@ from luxloop.tracker.records import Linkage, SegmentedPoints
 
 STEP_DEG = 1.0
 """Step of the heading grid [deg]."""
-RANGE_STD = 0.027
-"""Standard deviation of a range, along the beam [m], as `LidarConfig.range_std_m`."""
 SIDE_SIGMA = 2.4
 """Half-width of a side in standard deviations: of 20 to 100 points the outermost is 2 to 2.6 off."""
 LANES = 8
@@ -58,15 +56,15 @@ def headings(points: SegmentedPoints, linkage: Linkage, config: RectangleConfig)
     return fold(np.column_stack([by_criteria, linkage.heading]))
 
 
-def measure(points: SegmentedPoints, linkage: Linkage, heading: Floats) -> tuple[Floats, Floats]:
+def measure(points: SegmentedPoints, linkage: Linkage, heading: Floats, range_std_m: float) -> tuple[Floats, Floats]:
     """Return centre and size (S, M, 2) [m] of rectangles at headings (S, M) around the points on lines, at least one.
 
     Sides are measured on the points on lines only, so that a mirror or a window does not enlarge the rectangle. A side
-    is at the mean of the outermost points, because noise puts the outermost one outside the body. Range noise is along
-    the beam: across a side, it is scaled by the cosine of the angle between beam and normal.
+    is at the mean of the outermost points, because noise puts the outermost one outside the body. Range noise
+    `range_std_m` [m] is along the beam: across a side, it is scaled by the cosine of the angle between beam and normal.
     """
     xy, offset = points.chosen(linkage.line.take(points.source) >= 0)
-    low, high = extents(xy, offset, heading, RANGE_STD, FLATNESS_M, SIDE_SIGMA)
+    low, high = extents(xy, offset, heading, range_std_m, FLATNESS_M, SIDE_SIGMA)
     return rotate(0.5 * (low + high), heading), high - low
 
 

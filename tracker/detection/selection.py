@@ -59,7 +59,7 @@ def select(
     fitted = covariance is not None or not len(cost)
     best = np.full(len(cost), cost.shape[1] - 1) if fitted else np.nanargmin(cost, axis=1)
     heading = np.concatenate([heading, fold(refined)], axis=1)
-    center, size = measure(points, linkage, heading)
+    center, size = measure(points, linkage, heading, range_std_m)
     return Candidates(heading=heading, center_ego=center, size=size, cost=cost, best=best, covariance=covariance)
 
 

@@ -22,7 +22,7 @@ class AutowareDetector(Detector):
         parts = np.split(points.xy, points.offset[1:-1]) if count else []
         angles = [autoware(part[_even(len(part))]) for part in parts]
         heading = fold(np.reshape(angles, (-1, 1)).astype(np.float64))
-        center, size = measure(points, linkage, heading)
+        center, size = measure(points, linkage, heading, self.config.lidar.range_std_m)
         best = np.zeros(count, dtype=np.int64)
         return Candidates(heading, center, size, np.zeros_like(heading), best)
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import short_run
 from support.shapes import Car, l_shape, rotation, scan_car, star
-from support.stages import fit_points, off_quarter, one_segment
+from support.stages import LIDAR, fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import baselines, tlinkage
 from luxloop.tracker.detection.baselines import HEADINGS, BaselineConfig
@@ -27,7 +27,7 @@ def scattered(seed, count):
 
 def appended(points, segments=None, config=ON):
     fitted = fit_points(points, segments=segments)
-    return baselines.append(fitted.points, fitted.linkage, fitted.candidates, config)
+    return baselines.append(fitted.points, fitted.linkage, fitted.candidates, config, LIDAR.range_std_m)
 
 
 # --- all baselines
@@ -221,7 +221,7 @@ def test_columns_are_measured_like_those_of_other_methods():
         np.testing.assert_allclose(found.size[0, column], [4.0, 2.0], atol=1e-6)
         np.testing.assert_allclose(found.center_ego[0, column], found.center_ego[0, METHODS.index("tlinkage")])
     fitted = fit_points(points)
-    center, size = measure(fitted.points, fitted.linkage, found.heading)
+    center, size = measure(fitted.points, fitted.linkage, found.heading, LIDAR.range_std_m)
     np.testing.assert_allclose(found.size, size)
     np.testing.assert_allclose(found.center_ego, center)
 
