@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.tlinkage import LinkageConfig, link
 from luxloop.tracker.records import Segments
 
@@ -23,14 +25,13 @@ def car_points() -> np.ndarray:
 
 
 def rows() -> dict[str, dict[str, Any]]:
-    points = car_points()
-    segments = Segments(label=np.zeros(POINTS, dtype=np.int64), count=1)
-    config = LinkageConfig()
-    link(points, segments, config)
+    points = sort_by_segment(car_points(), Segments(label=np.zeros(POINTS, dtype=np.int64), count=1))
+    config, lidar = LinkageConfig(), LidarConfig()
+    link(points, config, lidar)
     spent = []
     for _ in range(REPEATS):
         start = time.perf_counter()
-        link(points, segments, config)
+        link(points, config, lidar)
         spent.append(time.perf_counter() - start)
     value = 1e3 * float(np.median(spent))
     return {"tracker.tlinkage_150pt_ms": {"value": value, "unit": "ms", "peer": None, "ratio": None}}

@@ -16,32 +16,33 @@ from luxloop.sensor_model.visibility import MAX_CLEAN_DEPTH
 from luxloop.sim.modes import ModeLimits
 from luxloop.sim.scripted.script import EGO_SIZE, SIZE_BY_KIND
 from luxloop.sim.world import Kind
-from luxloop.tracker.detection.body_fit import BodyFitConfig
-from luxloop.tracker.detection.boxes import BoxConfig
+from luxloop.tracker.detection.body_fit import ASYMMETRY_STD_RAD
+from luxloop.tracker.detection.bowed_faces import LINE_STD_M
+from luxloop.tracker.detection.boxes import NOISE_STD_M
+from luxloop.tracker.detection.faces import CURVE_DEPTH_M
+from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.preprocess import PreprocessConfig
-from luxloop.tracker.detection.rectangles import RANGE_STD
-from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.tracking.existence import MemoryConfig, existence
 from luxloop.tracker.tracking.filters import FilterConfig
 from luxloop.tracker.tracking.mma import MmaConfig
 from luxloop.tracker.tracking.vehicle_sizes import SIZE_CLASSES
 
 UNIT = load_rig("srx_six_lux", Path()).mounts[0].model
-MODES, FILTERS, LINKAGE = ModeLimits(), FilterConfig(), LinkageConfig()
+MODES, FILTERS = ModeLimits(), FilterConfig()
 CAR, _, LORRY, _, MOTORCYCLE = SIZE_CLASSES
 
 TUNED = {
     "range noise [m]": (
         (UNIT.range_sigma_m, "unit file, with its source"),
-        (RANGE_STD, LINKAGE.range_std_m, "a third of two steps of the data sheet's distance resolution"),
+        (LidarConfig().range_std_m, "a third of two steps of the data sheet's distance resolution"),
     ),
     "scatter about a side [m]": (
         (UNIT.range_sigma_m, "unit file, with its source"),
-        (BoxConfig().noise_std_m, "scan lines on real cars"),
+        (NOISE_STD_M, "scan lines on real cars"),
     ),
     "depth of a point on a face [m]": (
         (MAX_CLEAN_DEPTH, "setback and relief of the simulated hoods, inside the outline"),
-        (LINKAGE.curve_depth_m, "bow of real fronts and rears at hood height"),
+        (CURVE_DEPTH_M, "bow of real fronts and rears at hood height"),
     ),
     "limit of standing [m/s]": (
         (MODES.stands_below_mps, MODES.moves_from_mps, "a third of walking pace, with hysteresis"),
@@ -57,11 +58,11 @@ TUNED = {
     ),
     "direction of a face by one unit [rad]": (
         (math.radians(CalibrationError().yaw_sigma_deg), "residual error of a calibrated mount"),
-        (BodyFitConfig().asymmetry_std_rad, "convergence of flanks"),
+        (ASYMMETRY_STD_RAD, "convergence of flanks"),
     ),
     "position of a face [m]": (
         (CalibrationError().xy_sigma_m, "residual error of a calibrated mount"),
-        (BodyFitConfig().line_std_m, FILTERS.position_std_floor_m, "layers of real cars, beam spacing"),
+        (LINE_STD_M, FILTERS.position_std_floor_m, "layers of real cars, beam spacing"),
     ),
     "length of a car [m]": (
         (SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"),

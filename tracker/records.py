@@ -65,6 +65,42 @@ class Segments:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class SegmentedPoints:
+    """Points of a scan in segments, sorted once by segment, and in the order of the scan within one.
+
+    Every later stage takes slices: segment s has the rows offset[s] to offset[s + 1] of the P <= N points.
+    """
+
+    segments: Segments
+    """Segment of each scan point."""
+    offset: Ints
+    """(S + 1,) first row of each segment, and P."""
+    source: Ints
+    """(P,) index of each point in the scan."""
+    xy: Floats
+    """(P, 2) ego frame [m]."""
+    z: Floats
+    """(P,) height above the ground [m]."""
+    scan_line: Ints
+    """(P,) number of the scan line, one per unit and layer, 0 and up."""
+    time_offset: Floats
+    """(P,) time of the point minus time of the scan [s]; 0 once the motion of its object is compensated."""
+    viewpoint_ego: Floats
+    """(P, 2) position of the unit that measured it [m]; the ego's centre if unknown."""
+    truncated: Bools
+    """(P,) mask of points at truncated ends."""
+
+    @property
+    def label(self) -> Ints:
+        """(P,) segment of each point, ascending."""
+        return self.segments.label.take(self.source)
+
+    def chosen(self, mask: Bools) -> tuple[Floats, Ints]:
+        """Return x and y (K, 2) of the points of a mask (P,), and the first one of each segment (S + 1,), and K."""
+        return self.xy[mask], np.append(0, np.cumsum(mask))[self.offset]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Linkage:
     """Lines and outliers of T-linkage, algorithm 1."""
 

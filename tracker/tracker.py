@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from luxloop.tracker.arrays import Ints
+from luxloop.tracker.detection.boxes import small_boxes
 from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
-from luxloop.tracker.detection.small_boxes import small_boxes
 from luxloop.tracker.records import NO_TRACK, Detection, Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracking import joint_correction, joint_prediction, memory, track_arrays

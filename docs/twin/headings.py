@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.tracker.detection import rectangles, selection, tlinkage
+from luxloop.tracker.detection import rectangles, segmentation, selection, tlinkage
 from luxloop.tracker.detection.detector import DetectorConfig
 from luxloop.tracker.records import METHODS, Candidates, Linkage, Segments
 
@@ -15,10 +15,11 @@ def fit(points: npt.NDArray[np.floating], scan_line: npt.NDArray[np.integer]) ->
     """Return lines and rectangles of points (N, 3) on scan lines (N,), which are one segment."""
     config = DetectorConfig()
     segments = Segments(label=np.zeros(len(points), np.int64), count=1)
-    linkage = tlinkage.link(points, segments, config.linkage)
-    rectangle = rectangles.fit(points, segments, linkage, config.rectangles)
     lines = np.unique(scan_line, return_inverse=True)[1]
-    return linkage, selection.select(points, segments, linkage, rectangle, config.selection, config.body, lines)
+    one = segmentation.sort_by_segment(points, segments, scan_line=lines)
+    linkage = tlinkage.link(one, config.linkage, config.lidar)
+    headings = rectangles.headings(one, linkage, config.rectangles)
+    return linkage, selection.select(one, linkage, headings, config.selection, config.lidar.range_std_m)
 
 
 def heading_errors(

@@ -10,7 +10,7 @@ from luxloop.scenarios.oracle.stage import Stage
 from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import Detector, DetectorConfig
 from luxloop.tracker.merging import Pieces
-from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
 from luxloop.tracker.scan import Scan
 
 
@@ -41,23 +41,25 @@ class OracleDetector(Detector):
         rest = super().segment(scan, keep & (row == NO_ACTOR_ROW), long)
         return oracle_segmentation.actors_first(row, keep, rest, self.config.segmentation.points_min)
 
-    def link(self, scan: Scan, segments: Segments) -> Linkage:
+    def link(self, points: SegmentedPoints) -> Linkage:
         """Separate lines from outliers, the outliers by the ground truth."""
         if Stage.OUTLIERS not in self._stages:
-            return super().link(scan, segments)
+            return super().link(points)
         real, truth = super().link, self.truth
-        return oracle_outliers.link(lambda clean: real(scan, clean), segments, truth.noise, truth.on_owner(segments))
+        return oracle_outliers.link(real, points, truth.noise, truth.on_owner(points.segments))
 
-    def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
+    def fit(self, points: SegmentedPoints, linkage: Linkage) -> Candidates:
         """Fit rectangles and add the true ones."""
+        segments = points.segments
         gone = ~oracle_outliers.has_points((linkage.line != oracle_outliers.REMOVED) & (segments.label >= 0), segments)
-        candidates = super().fit(scan, segments, oracle_outliers.with_placeholder_lines(linkage, segments, gone))
+        candidates = super().fit(points, oracle_outliers.with_placeholder_lines(linkage, segments, gone))
         candidates = oracle_outliers.without_rectangles(candidates, gone)
         if Stage.FIT not in self._stages:
             return candidates
-        return fit.select(candidates, fit.rectangles(scan, segments, self.truth))
+        return fit.select(candidates, fit.rectangles(points, self.truth))
 
-    def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
+    def box(self, points: SegmentedPoints, linkage: Linkage, candidates: Candidates) -> Boxes:
         """Make boxes of rectangles; true rectangles get a small covariance."""
-        boxes = super().box(scan, segments, linkage, candidates, cut_off)
-        return fit.with_exact(boxes, self.truth.boxed_owner(segments)) if Stage.FIT in self._stages else boxes
+        boxes = super().box(points, linkage, candidates)
+        exact = Stage.FIT in self._stages
+        return fit.with_exact(boxes, self.truth.boxed_owner(points.segments)) if exact else boxes

@@ -16,8 +16,7 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.plane_geometry import QUARTER, turned
 from luxloop.scenarios.oracle.oracle_truth import Truth
 from luxloop.tracker.geometry import fold
-from luxloop.tracker.records import METHODS, Boxes, Candidates, Segments
-from luxloop.tracker.scan import Scan
+from luxloop.tracker.records import METHODS, Boxes, Candidates, SegmentedPoints
 
 BEST = METHODS.index("refined")
 """Column of `METHODS` that the true rectangle replaces; other columns are unchanged, to be graded."""
@@ -41,22 +40,22 @@ class TrueRectangles:
     """(K, 2) along and across that heading [m]."""
 
 
-def rectangles(scan: Scan, segments: Segments, truth: Truth) -> TrueRectangles:
+def rectangles(points: SegmentedPoints, truth: Truth) -> TrueRectangles:
     """Return the visible rectangle of every segment that a vehicle owns.
 
-    `scan` contains the deskewed points; the true velocity compensates for the remaining time offsets. The rectangle of
-    a vehicle without a clean point is that of its noise.
+    `points` are deskewed; the true velocity compensates for the remaining time offsets. The rectangle of a vehicle
+    without a clean point is that of its noise.
     """
-    owner = truth.owner_row(segments)
+    segments, label, actor = points.segments, points.label, truth.point_row[points.source]
     segment = np.flatnonzero(truth.boxed_owner(segments))
-    boxes = truth.boxes_ego[owner[segment]]
-    own = np.flatnonzero(truth.on_owner(segments) & truth.boxed[truth.point_row])
-    clean = own[~truth.noise[own]]
-    only_noise = np.bincount(segments.label[clean], minlength=segments.count) == 0
-    used = np.append(clean, own[only_noise[segments.label[own]]])
-    row = np.searchsorted(segment, segments.label[used])
-    way = truth.velocity_ego[truth.point_row[used]] * scan.time_offset[used, None]
-    low, high = visible(turned(scan.points_ego[used, :2] - way - boxes[row, :2], -boxes[row, 2]), row, boxes[:, 3:])
+    boxes = truth.boxes_ego[truth.owner_row(segments)[segment]]
+    own = np.flatnonzero(truth.on_owner(segments)[points.source] & truth.boxed[actor])
+    clean = own[~truth.noise[points.source[own]]]
+    only_noise = np.bincount(label[clean], minlength=segments.count) == 0
+    used = np.append(clean, own[only_noise[label[own]]])
+    row = np.searchsorted(segment, label[used])
+    way = truth.velocity_ego[actor[used]] * points.time_offset[used, None]
+    low, high = visible(turned(points.xy[used] - way - boxes[row, :2], -boxes[row, 2]), row, boxes[:, 3:])
     heading = fold(boxes[:, 2])
     quarters = np.rint((boxes[:, 2] - heading) / QUARTER).astype(np.int64)
     size = np.where((quarters % 2 == 1)[:, None], (high - low)[:, ::-1], high - low)

@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from luxloop.scenarios.arrays import Bools
-from luxloop.tracker.detection.segmentation import keep_only
-from luxloop.tracker.records import NOT_USED, Candidates, Linkage, Segments
+from luxloop.tracker.detection.segmentation import keep_only, regrouped
+from luxloop.tracker.records import NOT_USED, Candidates, Linkage, SegmentedPoints, Segments
 
 REMOVED = -1
 
 
-def link(real: Callable[[Segments], Linkage], segments: Segments, noise: Bools, on_owner: Bools) -> Linkage:
+def link(real: Callable[[SegmentedPoints], Linkage], points: SegmentedPoints, noise: Bools, on_owner: Bools) -> Linkage:
     """Remove the noise, and link the remaining points by the real stage.
 
     Parameters
@@ -31,9 +31,10 @@ def link(real: Callable[[Segments], Linkage], segments: Segments, noise: Bools, 
     on_owner
         (N,) mask of points on the owner of their segment.
     """
+    segments = points.segments
     clean = Segments(np.where(noise, NOT_USED, segments.label), segments.count)
     remaining = has_points(clean.label != NOT_USED, segments)
-    linkage = real(keep_only(clean, remaining))
+    linkage = real(regrouped(points, keep_only(clean, remaining)))
     heading = np.zeros(segments.count)
     heading[remaining] = linkage.heading
     wrongly_removed = on_owner & ~noise & (linkage.line == REMOVED)

@@ -7,7 +7,7 @@ import numpy as np
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
-from luxloop.tracker.detection import rectangles, selection, tlinkage
+from luxloop.tracker.detection import rectangles, segmentation, selection, tlinkage
 from luxloop.tracker.detection.detector import DetectorConfig
 from luxloop.tracker.records import METHODS, Segments
 
@@ -27,10 +27,11 @@ def measure(vehicles: Sequence[LabelledVehicle]) -> tuple[Floats, Floats]:
     """
     config = DetectorConfig()
     points, segments = _as_segments(vehicles)
-    linkage = tlinkage.link(points, segments, config.linkage)
-    fitted = rectangles.fit(points, segments, linkage, config.rectangles)
     lines = np.concatenate([vehicle.line for vehicle in vehicles])
-    candidates = selection.select(points, segments, linkage, fitted, config.selection, config.body, lines)
+    sorted_points = segmentation.sort_by_segment(points, segments, scan_line=lines)
+    linkage = tlinkage.link(sorted_points, config.linkage, config.lidar)
+    headings = rectangles.headings(sorted_points, linkage, config.rectangles)
+    candidates = selection.select(sorted_points, linkage, headings, config.selection, config.lidar.range_std_m)
     yaw = np.array([vehicle.box[2] for vehicle in vehicles])
     heading = np.column_stack(
         [candidates.heading[:, : len(METHODS) - 1], candidates.heading[np.arange(len(yaw)), candidates.best]]

@@ -33,16 +33,16 @@ class CoarseSegmentation(Detector):
 class RemovingNothing(Detector):
     """Assigns every outlier to a line."""
 
-    def link(self, scan, segments):
-        linkage = super().link(scan, segments)
-        return replace(linkage, line=np.where(segments.label >= 0, np.maximum(linkage.line, 0), -1))
+    def link(self, points):
+        linkage = super().link(points)
+        return replace(linkage, line=np.where(points.segments.label >= 0, np.maximum(linkage.line, 0), -1))
 
 
 class BiasedFit(Detector):
     """Turns every rectangle by the same angle."""
 
-    def fit(self, scan, segments, linkage):
-        candidates = super().fit(scan, segments, linkage)
+    def fit(self, points, linkage):
+        candidates = super().fit(points, linkage)
         turned = candidates.heading + BIAS_RAD
         return replace(candidates, heading=np.where(np.isfinite(turned), fold(turned), np.nan))
 

@@ -1,4 +1,4 @@
-"""Reference of `luxloop.tracker.detection.kernels.bowed_faces`, with dense covariances and finite differences."""
+"""Reference of `luxloop.tracker.detection.bowed_faces`, with dense covariances and finite differences."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Reference implementations of `luxloop.tracker.detection.kernels.faces`, `corners` and `outline`, in plain numpy."""
+"""Reference implementations of the kernels of `luxloop.tracker.detection.faces` in plain numpy."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""Reference implementations of `luxloop.tracker.detection.kernels`: exhaustive searches in plain numpy."""
+"""Reference implementations of the kernels of detection: exhaustive searches in plain numpy."""
 
 import math
 

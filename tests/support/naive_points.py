@@ -1,4 +1,4 @@
-"""Reference implementations of `luxloop.tracker.detection.kernels` on points and groups of points, in plain numpy."""
+"""Reference implementations of the kernels of detection on points and their groups, in plain numpy."""
 
 import numpy as np
 

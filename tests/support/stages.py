@@ -5,11 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from luxloop.tracker.detection import boxes, rectangles, segmentation, selection, tlinkage
-from luxloop.tracker.records import Boxes, Candidates, Linkage, Segments
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.records import Boxes, Candidates, Linkage, SegmentedPoints, Segments
+
+LIDAR = LidarConfig()
 
 
 class Fitted(NamedTuple):
-    segments: Segments
+    points: SegmentedPoints
     linkage: Linkage
     candidates: Candidates
     boxes: Boxes
@@ -18,6 +21,11 @@ class Fitted(NamedTuple):
 def one_segment(count):
     """All points are one segment."""
     return Segments(label=np.zeros(count, dtype=np.int64), count=1)
+
+
+def as_one_segment(points):
+    """Points (N, 2 or 3) as one segment, sorted."""
+    return segmentation.sort_by_segment(points, one_segment(len(points)))
 
 
 def fit_points(
@@ -29,13 +37,14 @@ def fit_points(
     """
     if segments is None:
         segments = segmentation.segment(points, np.ones(len(points), bool), segmentation.SegmentationConfig())
-    linked = tlinkage.link(points, segments, linkage or tlinkage.LinkageConfig())
-    found = rectangles.fit(points, segments, linked, rectangle or rectangles.RectangleConfig())
-    candidates = selection.select(points, segments, linked, found, choice or selection.SelectionConfig())
-    cut_off = np.zeros(len(points), dtype=bool) if cut_off is None else cut_off
-    config = box or boxes.BoxConfig()
-    built = boxes.build(points, np.zeros(len(points)), segments, linked, candidates, cut_off, config, viewpoints)
-    return Fitted(segments, linked, candidates, built)
+    sorted_points = segmentation.sort_by_segment(points, segments, truncated=cut_off, viewpoints=viewpoints)
+    linked = tlinkage.link(sorted_points, linkage or tlinkage.LinkageConfig(), LIDAR)
+    headings = rectangles.headings(sorted_points, linked, rectangle or rectangles.RectangleConfig())
+    candidates = selection.select(
+        sorted_points, linked, headings, choice or selection.SelectionConfig(), LIDAR.range_std_m
+    )
+    built = boxes.build(sorted_points, linked, candidates, box or boxes.BoxConfig())
+    return Fitted(sorted_points, linked, candidates, built)
 
 
 def off_quarter(heading, truth):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.shapes import l_shape
 
-from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
+from luxloop.tracker.detection.baselines import BaselineConfig
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.records import METHODS, Status
 from luxloop.tracker.scan import Scan

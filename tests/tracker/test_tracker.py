@@ -81,7 +81,7 @@ def test_two_units_agree_on_the_rear_of_a_car_that_keeps_its_distance(motion, ag
 
     The rear is flat: on a bowed one the fitted corner varies by 0.1 m with the points of a scan.
     """
-    tracker, rear_x = Tracker(TrackerConfig(sweep=DeskewConfig(motion=motion))), []
+    tracker, rear_x = Tracker(TrackerConfig(deskew=DeskewConfig(motion=motion))), []
     for frame, scan in drive(30, ego_mps=25.0, actors=[car(20.0, 0.0, speed_mps=25.0)], flat_faces=True):
         _, trace = tracker.step(scan)
         if frame.index >= 10:

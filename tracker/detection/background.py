@@ -12,56 +12,48 @@ import numpy as np
 import numpy.typing as npt
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.detection.cell_memory import CellMemory
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.lidar import UNIT_OFFSET_M, LidarConfig
 from luxloop.tracker.detection.segmentation import SegmentationConfig, keep_only
-from luxloop.tracker.detection.straight_runs import WallConfig
 from luxloop.tracker.detection.walls import extents, split
 from luxloop.tracker.records import NOT_USED, Segments
 from luxloop.tracker.seen_through import seen_through
 
 EGO: tuple[float, float] = (0.0, 0.0)
+CELL_M = 0.5
+"""Size of a cell [m]."""
+KNOWN_FRACTION_MAX = 0.5
+"""A segment with a larger fraction of its points in background cells is background."""
+HIT_LOG_ODDS = 0.85
+"""Evidence of a wall in a cell per scan, log-odds: a probability of 0.7 (Hornung et al. 2013)."""
+PASSED_LOG_ODDS = 0.4
+"""Evidence against it if all beams pass the cell, log-odds: a probability of 0.4 (same source)."""
+LOG_ODDS_MAX = 3.5
+"""Limit of the evidence, log-odds (same source): a cell is forgotten when beams pass it for 2 s."""
+LOG_ODDS_MIN = 0.4
+"""Cells with less evidence are forgotten, log-odds."""
+PASSED_INTERVAL_S = 0.25
+"""Time between two tests for passing beams [s]: successive scans show the same and are no independent evidence."""
+SEARCH_INTERVAL_S = 1.0
+"""Time between two searches for walls that include the remembered ones [s]: only what is found strengthens them."""
+HALF = 1 << 32
+"""A cell's number is its column times this, plus its row."""
 
 
 @dataclass(frozen=True, slots=True)
 class BackgroundConfig:
-    """Shape and memory of walls."""
+    """Length and memory of walls."""
 
     length_min_m: float = 20.0
-    """Segments longer than this contain background [m]; an articulated bus measures 17.9."""
-    cell_m: float = 0.5
-    """Size of a cell [m]."""
-    share_max: float = 0.5
-    """A segment with a larger share of its points in background cells is background."""
-    hit_log_odds: float = 0.85
-    """Evidence of a wall in a cell per scan, log-odds: a probability of 0.7 (Hornung et al. 2013)."""
-    passed_log_odds: float = 0.4
-    """Evidence against it if all beams pass the cell, log-odds: a probability of 0.4 (same source)."""
-    log_odds_max: float = 3.5
-    """Limit of the evidence, log-odds (same source): a cell is forgotten when beams pass it for 2 s."""
-    log_odds_min: float = 0.4
-    """Cells with less evidence are forgotten, log-odds."""
-    interval_s: float = 0.25
-    """Time between two tests for passing beams [s]: successive scans show the same and are no independent evidence."""
-    search_s: float = 1.0
-    """Time between two searches for walls that include the remembered ones [s]: only what is found strengthens them."""
+    """Segments longer than this contain background [m]; an articulated bus measures 17.9. Raise it to track trams."""
     memory_s: float = 60.0
     """Time in which the evidence of an unseen cell decreases by a factor of e [s]; waiting traffic may hide a wall for
-    as long."""
-    unit_offset_m: float = 2.5
-    """Maximum distance of a unit from the ego's centre [m], the margin for statements on the view of all units."""
+    as long. Lower it if odometry drifts."""
 
     def __post_init__(self) -> None:
-        for name in ("length_min_m", "cell_m", "hit_log_odds", "memory_s"):
+        for name in ("length_min_m", "memory_s"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
-        for name in ("passed_log_odds", "interval_s", "search_s", "unit_offset_m"):
-            if not getattr(self, name) >= 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)}; give 0 or more")
-        if not 0.0 < self.log_odds_min <= min(self.hit_log_odds, self.log_odds_max):
-            raise ValueError(
-                f"log_odds_min is {self.log_odds_min}; give a value above 0 and at most hit_log_odds and log_odds_max, "
-                "or walls are forgotten at once"
-            )
 
 
 class Background:
@@ -70,13 +62,13 @@ class Background:
     def __init__(
         self,
         config: BackgroundConfig,
-        walls: WallConfig | None = None,
         segmentation: SegmentationConfig | None = None,
+        lidar: LidarConfig | None = None,
     ) -> None:
         self._config = config
-        self._walls = walls or WallConfig()
         self._segmentation = segmentation or SegmentationConfig()
-        self._memory = CellMemory(config.cell_m)
+        self._beam_rad = (lidar or LidarConfig()).beam_rad
+        self._memory = CellMemory(CELL_M)
         self._time = self._searched = -math.inf
         self._search = True
 
@@ -92,18 +84,18 @@ class Background:
         ego_odom
             (2,) centre of the ego [m].
         """
-        config, memory = self._config, self._memory
-        self._search = time - self._searched >= config.search_s
+        memory = self._memory
+        self._search = time - self._searched >= SEARCH_INTERVAL_S
         self._searched = time if self._search else self._searched
-        if time - self._time < config.interval_s:
+        if time - self._time < PASSED_INTERVAL_S:
             return
-        factor = math.exp(-(time - self._time) / config.memory_s)
+        factor = math.exp(-(time - self._time) / self._config.memory_s)
         self._time = time
         if not len(memory.cells):
             return
         ego = np.asarray(ego_odom)
-        free = seen_through(memory.centers() - ego, points_odom - ego, config.unit_offset_m, 2.0 * config.cell_m)
-        memory.weaken(np.where(free, config.passed_log_odds, 0.0), factor, config.log_odds_min)
+        free = seen_through(memory.centers() - ego, points_odom - ego, UNIT_OFFSET_M, 2.0 * CELL_M)
+        memory.weaken(np.where(free, PASSED_LOG_ODDS, 0.0), factor, LOG_ODDS_MIN)
 
     def remove(self, points_odom: Floats, segments: Segments, ego_odom: npt.ArrayLike = EGO) -> Segments:
         """Return the segments of points (N, 2) [m] without walls, which are stored.
@@ -126,20 +118,76 @@ class Background:
         count = int(label.max()) + 1
         used = label != NOT_USED
         size, on_wall = (np.bincount(label[used], weights, count) for weights in (None, known[used]))
-        return keep_only(Segments(whole, count), (size > 0) & (on_wall <= self._config.share_max * size))
+        return keep_only(Segments(whole, count), (size > 0) & (on_wall <= KNOWN_FRACTION_MAX * size))
 
     def _split(self, points: Floats, segment: Ints, cells: Ints, known: Bools) -> tuple[Bools, Ints]:
         """Split long segments as `walls.split` does, and store the cells (P,) of the walls.
 
         A search that includes remembered walls weakens the cells where it finds something else.
         """
-        config = self._config
         remembered = known & (not self._search)
-        wall, part = split(points, segment, remembered, config.length_min_m, self._walls, self._segmentation)
+        wall, part = split(points, segment, remembered, self._config.length_min_m, self._beam_rad, self._segmentation)
         found = np.unique(cells[wall & ~remembered])
-        self._memory.strengthen(found, config.hit_log_odds, config.log_odds_max)
+        self._memory.strengthen(found, HIT_LOG_ODDS, LOG_ODDS_MAX)
         if self._search:
             refuted = np.isin(self._memory.cells, np.setdiff1d(cells[~wall], found))
-            loss = np.where(refuted, config.hit_log_odds, 0.0)
-            self._memory.weaken(loss, 1.0, config.log_odds_min)
+            loss = np.where(refuted, HIT_LOG_ODDS, 0.0)
+            self._memory.weaken(loss, 1.0, LOG_ODDS_MIN)
         return wall | self._memory.contains(cells), part
+
+
+class CellMemory:
+    """Sorted set of cells with log-odds."""
+
+    def __init__(self, pitch_m: float) -> None:
+        self._pitch_m = pitch_m
+        self.cells: Ints = np.empty(0, dtype=np.int64)
+        self.log_odds: Floats = np.empty(0)
+
+    def cell(self, points: Floats) -> Ints:
+        """(N,) cell number of each point (N, 2) [m]."""
+        place = np.floor(points / self._pitch_m).astype(np.int64)
+        return place[:, 0] * HALF + place[:, 1]
+
+    def centers(self) -> Floats:
+        """(C, 2) centres of the cells [m]."""
+        row = (self.cells + HALF // 2) % HALF - HALF // 2
+        return self._pitch_m * (np.stack([(self.cells - row) // HALF, row], axis=1) + 0.5)
+
+    def strengthen(self, cells: Ints, gain: float, largest: float) -> None:
+        """Add `gain` to the log-odds of distinct sorted `cells` (N,), 0 before if new, up to `largest`."""
+        new = cells[~self.contains(cells)]
+        place = np.searchsorted(self.cells, new)
+        self.cells = np.insert(self.cells, place, new)
+        self.log_odds = np.insert(self.log_odds, place, 0.0)
+        own = np.searchsorted(self.cells, cells)
+        self.log_odds[own] = np.minimum(self.log_odds[own] + gain, largest)
+
+    def weaken(self, loss: Floats, factor: float, smallest: float) -> None:
+        """Multiply the log-odds by `factor`, subtract `loss` (C,), and drop cells below `smallest`."""
+        log_odds = factor * self.log_odds - loss
+        kept = log_odds >= smallest
+        self.cells, self.log_odds = self.cells[kept], log_odds[kept]
+
+    def contains(self, cells: Ints) -> Bools:
+        """(N,) mask of cells in the set; a binary search, because a long drive adds very many."""
+        return contained(cells, self.cells)
+
+
+@kernel()
+def contained(cells: Ints, known: Ints) -> Bools:
+    """(N,) mask of the cells that are among the sorted `known` ones; a search serves all equal cells that follow."""
+    found = np.zeros(len(cells), np.bool_)
+    for i in range(len(cells)):
+        if i > 0 and cells[i] == cells[i - 1]:
+            found[i] = found[i - 1]
+        else:
+            place, end = 0, len(known)  # bisection: numpy's takes half a second to compile
+            while place < end:
+                middle = (place + end) // 2
+                if known[middle] < cells[i]:
+                    place = middle + 1
+                else:
+                    end = middle
+            found[i] = place < len(known) and known[place] == cells[i]
+    return found

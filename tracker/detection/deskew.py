@@ -6,18 +6,22 @@ measure the car ahead 13 ms apart. If it keeps its distance, the raw points agre
 25 m/s, makes two rears 0.3 m apart.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from luxloop.tracker.arrays import Floats, Floats32, Ints
-from luxloop.tracker.detection.kernels.groups import means
-from luxloop.tracker.detection.kernels.sweep import without_ego_motion, without_motion
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.point_groups import means
 from luxloop.tracker.geometry import inside, rotate, wrap
 from luxloop.tracker.kernels.odometry import placed
-from luxloop.tracker.records import NO_TRACK, Segments
+from luxloop.tracker.records import NO_TRACK, SegmentedPoints
 from luxloop.tracker.scan import Scan
+
+MARGIN_M = 0.5
+"""Margin around a track's box for the centre of its points [m]: points are on its sides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +29,8 @@ class DeskewConfig:
     """Motion that is compensated during the sweep."""
 
     motion: Literal["none", "ego", "all"] = "all"
-    """`none`: raw points. `ego`: ego motion only, as if all objects were stationary. `all`: ego and track motion."""
-    margin_m: float = 0.5
-    """Margin around a track's box for the centre of its points [m]: points are on its sides."""
+    """`none`: raw points, for scans that are compensated already. `ego`: ego motion only, as if all objects were
+    stationary. `all`: ego and track motion. Change it to measure the effect of the sweep, or for such scans."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,26 +83,50 @@ def moved(points: Floats32, tau: Floats, velocity: Floats, yaw_rate: float) -> F
     return still.astype(points.dtype)
 
 
-def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewConfig) -> Scan:
-    """Return the scan with the points of each track moved to the scan's time, without time offsets.
+def undo_targets(points: SegmentedPoints, ego_pose_odom: Floats, movers: Movers) -> SegmentedPoints:
+    """Return the points with those of each track moved to the scan's time, without time offsets.
 
     A segment whose centre lies in the box of a track moves with that track; other points keep position and time offset.
+    Positions are rounded to float32, as those of a scan are.
     """
-    if not len(movers.heading) or not segments.count:
-        return scan
-    points, tau, yaw = scan.points_ego, scan.time_offset, scan.ego_pose_odom[2]
-    places = np.asarray(points, dtype=np.float64, order="C")
-    pose = np.asarray(scan.ego_pose_odom, dtype=np.float64)
-    owner = _owner(placed(means(places, segments.label, segments.count), pose), movers, config)
-    mover = np.append(owner, NO_TRACK)[segments.label]  # points in no segment have label -1
-    still = without_motion(places, np.asarray(tau, dtype=np.float64), mover, rotate(movers.velocity, -yaw))
-    left = np.where(mover == NO_TRACK, tau, tau.dtype.type(0))
-    return replace(scan, points_ego=still.astype(points.dtype), time_offset=left)
+    if not len(movers.heading) or not points.segments.count:
+        return points
+    pose, label = np.asarray(ego_pose_odom, dtype=np.float64), points.label
+    owner = _owner(placed(means(points.xy, label, points.segments.count), pose), movers)
+    mover = owner[label]
+    still = without_motion(points.xy, points.time_offset, mover, rotate(movers.velocity, -ego_pose_odom[2]))
+    left = np.where(mover == NO_TRACK, points.time_offset, 0.0)
+    return replace(points, xy=still.astype(np.float32).astype(np.float64), time_offset=left)
 
 
-def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:
+def _owner(middle: Floats, movers: Movers) -> Ints:
     """(S,) track whose box contains each centre (S, 2), the nearest of several, `NO_TRACK` for none."""
-    held = inside(middle, movers.center, movers.heading, movers.size + 2 * config.margin_m)
+    held = inside(middle, movers.center, movers.heading, movers.size + 2 * MARGIN_M)
     x, y = (middle[:, None, axis] - movers.center[:, axis] for axis in (0, 1))
     nearest = np.where(held, x * x + y * y, np.inf).argmin(axis=1)
     return np.where(held.any(axis=1), nearest, NO_TRACK)
+
+
+@kernel()
+def without_ego_motion(points: Floats, tau: Floats, velocity: Floats, yaw_rate: float) -> Floats:
+    """(N, 3) points measured `tau` (N,) [s] later by a body with that twist, in its current frame [m]."""
+    still = np.empty((len(points), 3))
+    for i in range(len(points)):
+        half, x, y = 0.5 * yaw_rate * tau[i], points[i, 0], points[i, 1]
+        cos, sin = math.cos(half), math.sin(half)
+        chord = 2.0 * sin / yaw_rate if yaw_rate != 0.0 else tau[i]
+        # Rotate by half the angle, move along the chord, and rotate by the other half.
+        x, y = cos * x - sin * y + chord * velocity[0], sin * x + cos * y + chord * velocity[1]
+        still[i, 0], still[i, 1], still[i, 2] = cos * x - sin * y, sin * x + cos * y, points[i, 2]
+    return still
+
+
+@kernel()
+def without_motion(points: Floats, tau: Floats, mover: Ints, velocity: Floats) -> Floats:
+    """(N, 2) points without the motion in `tau` (N,) [s] of their movers (N,), -1 for none, with velocities (T, 2)."""
+    still = points.copy()
+    for i in range(len(points)):
+        if mover[i] >= 0:
+            for axis in range(2):
+                still[i, axis] = points[i, axis] - velocity[mover[i], axis] * tau[i]
+    return still

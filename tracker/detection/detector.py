@@ -9,7 +9,7 @@ import numpy as np
 from luxloop.tracker import merging
 from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.detection import (
-    body_fit,
+    baselines,
     boxes,
     preprocess,
     rectangles,
@@ -19,22 +19,19 @@ from luxloop.tracker.detection import (
     truncation,
 )
 from luxloop.tracker.detection.background import Background, BackgroundConfig
-from luxloop.tracker.detection.baselines import columns
-from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
-from luxloop.tracker.detection.body_fit import BodyFitConfig
+from luxloop.tracker.detection.baselines import BaselineConfig
 from luxloop.tracker.detection.boxes import BoxConfig
 from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
+from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.preprocess import PreprocessConfig
 from luxloop.tracker.detection.rectangles import RectangleConfig
 from luxloop.tracker.detection.segmentation import SegmentationConfig
 from luxloop.tracker.detection.selection import SelectionConfig
-from luxloop.tracker.detection.straight_runs import WallConfig
-from luxloop.tracker.detection.suppression import SuppressionConfig, in_shadow
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.detection.truncation import TruncationConfig
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.merging import MergeConfig, Pieces
-from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, Segments
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
 from luxloop.tracker.scan import Scan
 
 CLOCK_DIGITS = 9
@@ -45,20 +42,18 @@ CLOCK_DIGITS = 9
 class DetectorConfig:
     """Settings of detection, one section per stage."""
 
+    lidar: LidarConfig = field(default_factory=LidarConfig)
     preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
-    sweep: DeskewConfig = field(default_factory=DeskewConfig)
+    deskew: DeskewConfig = field(default_factory=DeskewConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
-    walls: WallConfig = field(default_factory=WallConfig)
     union: MergeConfig = field(default_factory=MergeConfig)
-    ends: TruncationConfig = field(default_factory=TruncationConfig)
+    truncation: TruncationConfig = field(default_factory=TruncationConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
-    body: BodyFitConfig = field(default_factory=BodyFitConfig)
     baselines: BaselineConfig = field(default_factory=BaselineConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
-    shadow: SuppressionConfig = field(default_factory=SuppressionConfig)
 
 
 class BoxDetector(Protocol):
@@ -90,8 +85,8 @@ class Detector:
 
     def __init__(self, config: DetectorConfig | None = None) -> None:
         self.config = config or DetectorConfig()
-        self._ego_motion = EgoMotion(self.config.sweep)
-        self._background = Background(self.config.background, self.config.walls, self.config.segmentation)
+        self._ego_motion = EgoMotion(self.config.deskew)
+        self._background = Background(self.config.background, self.config.segmentation, self.config.lidar)
         self._time = -math.inf
 
     def check(self, scan: Scan) -> None:
@@ -125,15 +120,16 @@ class Detector:
         self._time = scan.time
         config = self.config
         keep = preprocess.keep(scan, config.preprocess)
-        scan = preprocess.masked(scan)
-        swept, scan = scan, self._ego_motion.undo(scan)
+        swept = preprocess.masked(scan)
+        scan = self._ego_motion.undo(swept)
         segments = self.segment(scan, keep, long)
+        truncated = truncation.cut_off(swept, keep, segments, config.preprocess.range_max_m, config.truncation)
+        points = sorted_points(scan, segments, truncated)
         if movers is not None:
-            scan = undo_targets(scan, segments, movers, config.sweep)
-        cut_off = truncation.cut_off(swept, keep, segments, config.preprocess.range_max_m, config.ends)
-        linkage = self.link(scan, segments)
-        candidates = self.fit(scan, segments, linkage)
-        return Detection(segments, linkage, candidates, self.box(scan, segments, linkage, candidates, cut_off))
+            points = undo_targets(points, scan.ego_pose_odom, movers)
+        linkage = self.link(points)
+        candidates = self.fit(points, linkage)
+        return Detection(segments, linkage, candidates, self.box(points, linkage, candidates))
 
     def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
         """Group the points to `keep` (N,) into segments; remove walls and merge the pieces of long vehicles."""
@@ -144,26 +140,35 @@ class Detector:
         segments = self._background.remove(points_odom, segments, ego_odom)
         return segments if long is None else merging.merge_segments(points_odom, segments, long, self.config.union)
 
-    def link(self, scan: Scan, segments: Segments) -> Linkage:
+    def link(self, points: SegmentedPoints) -> Linkage:
         """Separate lines from outliers in every segment."""
-        return tlinkage.link(scan.points_ego, segments, self.config.linkage)
+        return tlinkage.link(points, self.config.linkage, self.config.lidar)
 
-    def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
+    def fit(self, points: SegmentedPoints, linkage: Linkage) -> Candidates:
         """Fit a rectangle per method to every segment, and select the best."""
-        points, config = scan.points_ego, self.config
-        found = rectangles.fit(points, segments, linkage, config.rectangles)
-        lines = body_fit.scan_lines(scan)
-        candidates = selection.select(points, segments, linkage, found, config.selection, config.body, lines)
-        return columns.append(points, segments, linkage, candidates, config.baselines)
+        config = self.config
+        headings = rectangles.headings(points, linkage, config.rectangles)
+        range_std_m = config.lidar.range_std_m
+        candidates = selection.select(points, linkage, headings, config.selection, range_std_m)
+        return baselines.append(points, linkage, candidates, config.baselines, range_std_m)
 
-    def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
-        """Make boxes of the best rectangles of vehicle size; `cut_off` (N,) is the mask of points at truncated ends."""
-        units = scan.unit_positions_ego
-        viewpoints = None if units is None else units.take(scan.unit, axis=0)
-        fitted = boxes.build(
-            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes, viewpoints
-        )
-        return fitted.subset(~in_shadow(fitted, self.config.shadow))
+    def box(self, points: SegmentedPoints, linkage: Linkage, candidates: Candidates) -> Boxes:
+        """Make boxes of the best rectangles of vehicle size."""
+        fitted = boxes.build(points, linkage, candidates, self.config.boxes)
+        return fitted.subset(~boxes.in_shadow(fitted))
+
+
+def sorted_points(scan: Scan, segments: Segments, truncated: Bools) -> SegmentedPoints:
+    """Return the points of a scan in segments; `truncated` (N,) is the mask of those at truncated ends."""
+    units, layers = scan.unit_positions_ego, int(scan.layer.max(initial=0)) + 1
+    return segmentation.sort_by_segment(
+        scan.points_ego,
+        segments,
+        scan_line=scan.unit.astype(np.int64) * layers + scan.layer,
+        time_offset=scan.time_offset,
+        viewpoints=None if units is None else units.take(scan.unit, axis=0),
+        truncated=truncated,
+    )
 
 
 def into_odom(scan: Scan) -> Floats:

@@ -1,14 +1,17 @@
 """Preprocessing: drop points on the ground, on the ego, out of range, or flagged by the unit."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats
-from luxloop.tracker.detection.kernels.groups import positions
-from luxloop.tracker.detection.kernels.kept import kept_points
-from luxloop.tracker.detection.kernels.nearness import any_within
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.point_groups import any_within, positions
 from luxloop.tracker.scan import PointFlag, Scan
+
+OWN_MARGIN_M = 0.1
+"""Margin around the ego's body [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,29 +19,31 @@ class PreprocessConfig:
     """Limits of the points to keep."""
 
     drop_flags: tuple[str, ...] = ("clutter", "ground", "dirt")
-    """Names of `PointFlag`: points with any of them are dropped. A common driver (AutonomouStuff ibeo_core) drops
-    "transparent" points, too, but that flag only means another echo behind: bumpers have it where the beam also hits
-    the rear window, edges where there is a wall behind the vehicle."""
+    """Names of `PointFlag`: points with any of them are dropped. Change it if your driver sets a flag otherwise: a
+    common one (AutonomouStuff ibeo_core) drops "transparent" points, too, but that flag only means another echo behind.
+    Bumpers have it where the beam also hits the rear window, edges where there is a wall behind the vehicle."""
     first_echo_only: bool = False
-    """Drop second and third echoes. Off: behind a raindrop or the ground, the second echo is the vehicle."""
+    """Drop second and third echoes. Set it for units whose later echoes are unreliable. Off: behind a raindrop or the
+    ground, the second echo is the vehicle."""
     inside_depth_m: float = 3.0
     """A later echo at most this far behind another echo of its beam, and no wider, is dropped [m]: it is inside the
-    same vehicle, or from its glass over the hood. A wider echo is a vehicle behind spray. 0 keeps all."""
+    same vehicle, or from its glass over the hood. A wider echo is a vehicle behind spray. Set 0, which keeps all, to
+    compare with the paper."""
     ground_z_max_m: float = 0.15
     """Lower points without a higher one near are ground [m]. This is the ground clearance of a car; the lowest layer,
-    1.2 degrees down and mounted at 0.8, reports ground echoes up to a quarter of its mounting height."""
+    1.2 degrees down and mounted at 0.8, reports ground echoes up to a quarter of its mounting height. Raise it on
+    uneven ground."""
     upright_m: float = 0.3
     """Low points at most this far from a higher one are on an upright surface, not on the ground [m]: the ego's front
     rises when it accelerates, and points of a vehicle at 40 m then seem 0.6 m too low for 4 m/s^2. Faces of vehicles
-    lean back by less than this between two layers. 0 drops all low points."""
+    lean back by less than this between two layers. Set 0, which drops all low points, for units that never pitch."""
     range_max_m: float = 60.0
-    """Maximum range from the ego's centre [m]."""
+    """Maximum range from the ego's centre [m]. Raise it for units that see vehicles farther away."""
     own_length_m: float = 4.83
-    """Length of the ego's body, centred on the ego frame [m]; points inside the body are dropped."""
+    """Length of the ego's body, centred on the ego frame [m]; points inside the body are dropped. Change it with the
+    car."""
     own_width_m: float = 1.91
-    """Width of the ego's body [m]."""
-    own_margin_m: float = 0.1
-    """Margin around the ego's body [m]."""
+    """Width of the ego's body [m]. Change it with the car."""
 
     def __post_init__(self) -> None:
         unknown = [name for name in self.drop_flags if name.upper() not in PointFlag.__members__]
@@ -62,7 +67,7 @@ def keep(scan: Scan, config: PreprocessConfig) -> Bools:
         np.asarray(scan.flags, dtype=np.int64),
         sum(PointFlag[name.upper()] for name in set(config.drop_flags)),
         config.range_max_m,
-        0.5 * np.array([config.own_length_m, config.own_width_m]) + config.own_margin_m,
+        0.5 * np.array([config.own_length_m, config.own_width_m]) + OWN_MARGIN_M,
     )
     kept &= ~on_ground(points, kept, config.ground_z_max_m, config.upright_m)
     if config.first_echo_only:
@@ -103,3 +108,21 @@ def inside(scan: Scan, kept: Bools, depth_m: float) -> Bools:
     weaker = scan.echo_pulse_width[behind] <= scan.echo_pulse_width[behind - 1]
     found[behind] = weaker & (distance <= depth_m)
     return found
+
+
+@kernel()
+def kept_points(points: Floats, time: Floats, flags: Ints, drop: int, range_max: float, half_size: Floats) -> Bools:
+    """(N,) mask of points (N, 3) to keep: finite, without a flag of `drop`, and in range.
+
+    Points within `half_size` (2,) of the origin along x and y are on the ego.
+    """
+    keep = np.zeros(len(points), np.bool_)
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        keep[i] = (
+            flags[i] & drop == 0
+            and math.isfinite(z + time[i])
+            and math.sqrt(x * x + y * y) <= range_max
+            and (abs(x) > half_size[0] or abs(y) > half_size[1])
+        )
+    return keep

@@ -6,65 +6,49 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from luxloop.tracker.arrays import Floats
+from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.detection.kernels.bearings import even_subset
-from luxloop.tracker.detection.kernels.line_labels import label_lines
-from luxloop.tracker.detection.kernels.linkage import link_samples
-from luxloop.tracker.detection.linked_faces import label_faces
-from luxloop.tracker.detection.segmentation import by_segment
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.detection.faces import label_faces
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.detection.lines import LineLimits, label_lines
+from luxloop.tracker.detection.point_groups import even_subset
 from luxloop.tracker.geometry import fold
-from luxloop.tracker.records import Linkage, Segments
+from luxloop.tracker.records import Linkage, SegmentedPoints
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Golden ratio minus 1."""
+LOCALITY = 0.25
+"""Scale of the local sampling as a fraction of the segment's diagonal, as in the code of Magri and Fusiello."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkageConfig:
-    """Scales of the linkage, and conditions for lines."""
+    """Scale and sampling of the linkage."""
 
     variant: Literal["faces", "lines", "paper"] = "faces"
     """Use of T-linkage's clusters. `paper`: clusters before the largest jump in size are lines, all other points
     outliers. `lines`: clusters unlikely to arise by chance are lines, at any angle. `faces`: clusters propose the two
-    perpendicular faces of a vehicle; points outside these or well inside are outliers."""
+    perpendicular faces of a vehicle; points outside these or well inside are outliers. Change it to
+    compare with the paper."""
     tau_m: float = 0.08
-    """Inlier threshold of equation (1) [m]: two steps of the LUX's distance resolution, 4 cm by its data sheet."""
+    """Inlier threshold of equation (1) [m]: two steps of the LUX's distance resolution, 4 cm by its data sheet.
+    Change it with the noise of the unit."""
     samples_per_point: int = 2
-    """Line hypotheses per point, as in the code of Magri and Fusiello for local sampling."""
-    locality: float = 0.25
-    """Scale of the local sampling as a share of the segment's diagonal, as in their code."""
+    """Line hypotheses per point, as in the code of Magri and Fusiello for local sampling. More find lines of few
+    points."""
     points_max: int = 40
-    """Larger segments are linked on an evenly spaced subset; every point is then assigned to the lines found."""
-    length_min_m: float = 0.5
-    """Minimum length of a further line [m]: a motorcycle is 0.7 wide, a mirror 0.25."""
-    turn_min_deg: float = 20.0
-    """Variant `lines`: minimum angle between a further line and each larger one [deg]."""
-    range_std_m: float = 0.027
-    """Variant `faces`: range noise along the beam [m]: a third of `tau_m`."""
-    flatness_m: float = 0.01
-    """Standard deviation of a vehicle's side from a plane [m]: it leans by 3 to 5 degrees above and below its widest
-    line. A larger deviation of the points widens the gate, because real sides are curved."""
-    gate: float = 3.0
-    """Gate on the distance of a point to a face, in standard deviations."""
-    curve_depth_m: float = 0.24
-    """Depth behind a face within which points belong to it, but not to its direction [m]: fronts and rears of real
-    cars are bowed by this much at hood height (median of 8), a rear window is at least 0.85 behind."""
-    curve_beyond_m: float = 0.4
-    """Distance past the ends of a face for the same [m]: corners of cars are rounded over 0.2 to 0.4."""
-    pitch_deg: float = 0.25
-    """Angle between beams, the accuracy of the end of a face [deg]."""
+    """Larger segments are linked on an evenly spaced subset; every point is then assigned to the lines found.
+    Change it to trade time for lines of few points."""
     seed: int = 0
-    """Seed of the start of the hypotheses, which all segments share."""
+    """Seed of the start of the hypotheses, which all segments share. Change it to see how much results depend on it."""
 
     def __post_init__(self) -> None:
-        if self.tau_m <= 0.0 or self.locality <= 0.0:
-            raise ValueError("tau_m and locality must be positive")
+        if self.tau_m <= 0.0:
+            raise ValueError(f"tau_m is {self.tau_m}; give a positive distance in metres")
         require_within(self, 1, 100, "samples_per_point")
         require_within(self, 2, 10_000, "points_max")
-        if self.range_std_m < 0.0 or self.flatness_m <= 0.0 or self.gate <= 0.0:
-            raise ValueError("flatness_m and gate must be positive and range_std_m not negative")
         if self.seed < 0:
             raise ValueError(f"seed is {self.seed}; give 0 or more")
 
@@ -80,8 +64,8 @@ def uniforms(seed: int, points: int, samples: int) -> Floats:
     return np.asarray((shift[:, None] + np.arange(samples)) / samples)
 
 
-def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: LinkageConfig) -> Linkage:
-    """Run algorithm 1 on every segment of points (N, 2 or more columns).
+def link(points: SegmentedPoints, config: LinkageConfig, lidar: LidarConfig) -> Linkage:
+    """Run algorithm 1 on every segment.
 
     The hypotheses are lines through pairs of near points. Clusters with overlapping preferences (1) are merged, nearest
     first by the Tanimoto distance (2), until all are orthogonal.
@@ -92,20 +76,222 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     information on the heading, 1 the other; points along unseen sides have higher numbers. `lines` accepts, after the
     largest cluster, each one that is long enough, turned against the larger ones, and has more unexplained points than
     expected by chance: fewer than one such line among as many scattered points (Desolneux, Moisan and Morel 2000). With
-    `lines` and `paper` the line of the most points is the dominant one, fitted by total least squares. A third column
-    of points is z [m], which identifies points of mirrors in the plane of a side.
+    `lines` and `paper` the line of the most points is the dominant one, fitted by total least squares.
     """
-    order, offset = by_segment(segments)
-    points = np.asarray(points_ego.take(order, axis=0)[:, :3], dtype=np.float64, order="C")
-    chosen, first = even_subset(points, offset, config.points_max)
-    sample, numbers = points[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
-    cluster = link_samples(sample, first, numbers, config.locality, config.tau_m)
+    chosen, first = even_subset(points.xy, points.offset, config.points_max)
+    sample, numbers = points.xy[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
+    cluster = link_samples(sample, first, numbers, LOCALITY, config.tau_m)
     if config.variant == "faces":
-        label, heading = label_faces(points, offset, chosen, first, cluster, config)
+        label, heading = label_faces(points, chosen, first, cluster, config.tau_m, lidar)
     else:
-        turn_min, paper = math.sin(math.radians(config.turn_min_deg)), config.variant == "paper"
-        limits = config.tau_m, config.length_min_m, turn_min, paper
-        label, heading = label_lines(points, offset, sample, first, cluster, *limits)
-    line = np.full(len(segments.label), -1, dtype=np.int64)
-    line[order] = label
+        paper = config.variant == "paper"
+        label, heading = label_lines(points.xy, points.offset, sample, first, cluster, LineLimits(config.tau_m), paper)
+    line = np.full(len(points.segments.label), -1, dtype=np.int64)
+    line[points.source] = label
     return Linkage(line=line, heading=fold(heading))
+
+
+@kernel()
+def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
+    """Lines (M, 3) through pairs of points: unit normal and offset, so that |line . (x, y, 1)| is a distance.
+
+    Every point is paired with K others (uniforms is (>= N, K)), near ones with higher probability:
+    p ~ exp(-d^2 / reach^2) with reach = locality * (diagonal of the bounding box).
+    A point without another place in reach gives lines with an infinite offset.
+    """
+    count, repeats = len(points), uniforms.shape[1]
+    reach, lines = locality * diagonal(points), np.zeros((count * repeats, 3))
+    lines[:, 2] = np.inf
+    weight, cumulative = np.zeros((count, count)), np.empty(count)
+    for i in range(count):
+        for j in range(i):
+            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+            squared = dx * dx + dy * dy
+            if squared > 0.0:
+                weight[i, j] = weight[j, i] = math.exp(-squared / (reach * reach))
+    for i in range(count):
+        total = 0.0
+        for j in range(count):
+            total += weight[i, j]
+            cumulative[j] = total
+        if total == 0.0:
+            continue
+        for k in range(repeats):
+            j = first_above(cumulative, uniforms[i, k] * total)
+            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+            length = math.hypot(dx, dy)
+            lines[k * count + i, 0] = -dy / length
+            lines[k * count + i, 1] = dx / length
+            lines[k * count + i, 2] = (dy * points[i, 0] - dx * points[i, 1]) / length
+    return lines
+
+
+@kernel()
+def diagonal(points: Floats) -> float:
+    """Return the length of the diagonal of the box around points (N, 2 or more) [m]."""
+    low_x, low_y, high_x, high_y = np.inf, np.inf, -np.inf, -np.inf
+    for i in range(len(points)):
+        low_x, high_x = min(low_x, points[i, 0]), max(high_x, points[i, 0])
+        low_y, high_y = min(low_y, points[i, 1]), max(high_y, points[i, 1])
+    return math.hypot(high_x - low_x, high_y - low_y)
+
+
+@kernel()
+def first_above(cumulative: Floats, value: float) -> int:
+    """Return the index of the first of the ascending numbers (N,) above a value, by bisection."""
+    low, high = 0, len(cumulative)
+    while low < high:
+        middle = (low + high) // 2
+        if cumulative[middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@kernel()
+def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
+    """(M, N) preference of every point for every line, equation (1); a column contains the preferences of a point."""
+    table = np.zeros((len(lines), len(points)))
+    distance, near = np.empty(len(points)), np.empty(len(points) + 1, np.int64)
+    for h in range(len(lines)):
+        a, b, c, count = lines[h, 0], lines[h, 1], lines[h, 2], 0
+        for i in range(len(points)):  # no branch: which points are near is hard to predict
+            distance[i] = abs(a * points[i, 0] + b * points[i, 1] + c)
+            near[count] = i
+            count += distance[i] < tau
+        for k in range(count):
+            table[h, near[k]] = math.exp(-distance[near[k]] / tau)
+    return table
+
+
+@kernel()
+def products(table: Floats, i: int, stop: int, used: Ints, out: Floats) -> None:
+    """Write the inner products of column i with the first `stop` columns to `out`.
+
+    Four lines are added at once, in their order: a loop for each would take longer to start than to add. `used` is a
+    work array (>= M + 3,).
+    """
+    out[:], count = 0.0, 0
+    for h in range(table.shape[0]):
+        used[count] = h
+        count += table[h, i] > 0.0
+    for h in range(count, count + 3):
+        used[h] = -1
+    for first in range(0, count, 4):
+        a, b, c, d = used[first], used[first + 1], used[first + 2], used[first + 3]
+        at_a, at_b = table[a, i], table[b, i] if b >= 0 else 0.0
+        at_c, at_d = table[c, i] if c >= 0 else 0.0, table[d, i] if d >= 0 else 0.0
+        for j in range(stop):
+            out[j] = out[j] + at_a * table[a, j] + at_b * table[b, j] + at_c * table[c, j] + at_d * table[d, j]
+
+
+@kernel(error_model="numpy")
+def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
+    """Tanimoto distance, equation (2), from <p, q>, |p|^2 and |q|^2; 1 without common preferences."""
+    return 1.0 - product / (norm_p + norm_q - product) if product > 0.0 else 1.0
+
+
+@kernel()
+def nearest(distance: Floats, i: int) -> int:
+    """Column of the smallest distance in row i, the first of equals; that of i to itself is infinite.
+
+    The least of four distances at a time is kept, without branches: which is less is hard to predict.
+    """
+    row = distance[i]
+    a, b, c, d = row[0], row[1], row[2], row[3]
+    for j in range(4, len(row), 4):
+        a, b, c, d = min(a, row[j]), min(b, row[j + 1]), min(c, row[j + 2]), min(d, row[j + 3])
+    least, best = min(min(a, b), min(c, d)), 0
+    while row[best] > least:
+        best += 1
+    return best
+
+
+@kernel(error_model="numpy")
+def merge(
+    table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, count: int, used: Ints, row: Floats
+) -> None:
+    """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all.
+
+    The first `count` of `alive` are the clusters; `used` and `row` are work arrays.
+    """
+    for h in range(table.shape[0]):
+        table[h, p], table[h, q] = min(table[h, p], table[h, q]), 0.0
+    products(table, p, len(row), used, row)
+    norm[p], norm[q] = row[p], 0.0
+    for k in range(count):
+        j = alive[k]
+        distance[p, j] = distance[j, p] = tanimoto(row[j], norm[p], norm[j])
+        distance[q, j] = distance[j, q] = 1.0
+    distance[p, p] = np.inf
+
+
+@kernel()
+def without(alive: Ints, count: int, q: int) -> int:
+    """Remove q from the first sorted names of clusters, in place, and return the number of the rest."""
+    kept = 0
+    for k in range(count):
+        if alive[k] != q:
+            alive[kept] = alive[k]
+            kept += 1
+    return kept
+
+
+@kernel(error_model="numpy")
+def agglomerate(table: Floats) -> Ints:
+    """Merge the nearest clusters until all are orthogonal; (N,) cluster of each point, as the index of a member.
+
+    `table` (M, N) is overwritten. The nearest neighbour of every row is cached, so that a merge costs one row of inner
+    products and not a search of the whole matrix. A distance changes only when one of its two clusters was merged, and
+    that cluster searches its neighbour again, so the least distance is always in the cache of one of them.
+    """
+    count = table.shape[1]
+    label, alive = np.arange(count), np.arange(count)
+    distance, norm, row = np.ones((count, (count + 3) // 4 * 4)), np.empty(count), np.empty(count)
+    used = np.empty(table.shape[0] + 3, np.int64)
+    for i in range(count):
+        products(table, i, i + 1, used, row)
+        norm[i], distance[i, i] = row[i], np.inf
+        for j in range(i):
+            distance[i, j] = distance[j, i] = tanimoto(row[j], norm[i], norm[j])
+    neighbour, least = np.zeros(count, np.int64), np.ones(count)
+    for i in range(count if count > 1 else 0):
+        neighbour[i] = nearest(distance, i)
+        least[i] = distance[i, neighbour[i]]
+    rest = count
+    while count > 1:
+        p = alive[0]
+        lowest = least[p]
+        for k in range(rest):
+            if least[alive[k]] < lowest:
+                p, lowest = alive[k], least[alive[k]]
+        q = neighbour[p]
+        if lowest >= 1.0:
+            break
+        merge(table, distance, norm, p, q, alive, rest, used, row)
+        rest, least[q] = without(alive, rest, q), 1.0
+        for k in range(rest):
+            c = alive[k]
+            if c == p or neighbour[c] == p or neighbour[c] == q:
+                neighbour[c] = nearest(distance, c)
+                least[c] = distance[c, neighbour[c]]
+        for i in range(count):
+            label[i] = p if label[i] == q else label[i]
+    return label
+
+
+@kernel()
+def link_samples(sample: Floats, first: Ints, uniforms: Floats, locality: float, tau: float) -> Ints:
+    """(K,) cluster of each point of samples (K, 2 or more), as the index of a member within its segment.
+
+    Segment s has points first[s] to first[s + 1]; see `hypotheses` for the random numbers.
+    """
+    cluster = np.empty(len(sample), np.int64)
+    for s in range(len(first) - 1):
+        own = sample[first[s] : first[s + 1]]
+        lines = hypotheses(own, uniforms, locality)
+        label = agglomerate(preferences(own, lines, tau))
+        for i in range(len(label)):
+            cluster[first[s] + i] = label[i]
+    return cluster

@@ -6,10 +6,8 @@ from luxloop.tracker.arrays import Ints
 from luxloop.tracker.detection.baselines import autoware
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.detection.rectangles import measure
-from luxloop.tracker.detection.segmentation import by_segment
 from luxloop.tracker.geometry import fold
-from luxloop.tracker.records import Candidates, Linkage, Segments
-from luxloop.tracker.scan import Scan
+from luxloop.tracker.records import Candidates, Linkage, SegmentedPoints
 
 POINTS_MAX = 400
 """Largest number of points of a fit, evenly chosen."""
@@ -18,15 +16,14 @@ POINTS_MAX = 400
 class AutowareDetector(Detector):
     """The shipped detector with another fit."""
 
-    def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
+    def fit(self, points: SegmentedPoints, linkage: Linkage) -> Candidates:
         """Fit one rectangle to every segment; its sides are measured on the points on lines, as for all methods."""
-        order, offset = by_segment(segments)
-        points = np.asarray(scan.points_ego[order, :2], dtype=np.float64)
-        parts = np.split(points, offset[1:-1]) if segments.count else []
-        angles = [autoware.heading(part[_even(len(part))], self.config.baselines) for part in parts]
+        count = points.segments.count
+        parts = np.split(points.xy, points.offset[1:-1]) if count else []
+        angles = [autoware(part[_even(len(part))]) for part in parts]
         heading = fold(np.reshape(angles, (-1, 1)).astype(np.float64))
-        center, size = measure(scan.points_ego, segments, linkage, heading)
-        best = np.zeros(segments.count, dtype=np.int64)
+        center, size = measure(points, linkage, heading, self.config.lidar.range_std_m)
+        best = np.zeros(count, dtype=np.int64)
         return Candidates(heading, center, size, np.zeros_like(heading), best)
 
 

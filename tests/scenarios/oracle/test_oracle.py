@@ -56,7 +56,7 @@ def truly_fitted():
 @cache
 def without_feedback(stages):
     """Metrics of the busy street without any effect of tracks on detection."""
-    text = busy_street.TEXT + '[tracker.sweep]\nmotion = "ego"\n[tracker.union]\nshare_min = 2.0\n'
+    text = busy_street.TEXT + '[tracker.deskew]\nmotion = "ego"\n[tracker.union]\nshare_min = 2.0\n'
     return short_run.run(text, OracleFactory(list(stages))).metrics
 
 

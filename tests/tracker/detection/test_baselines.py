@@ -9,11 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import short_run
 from support.shapes import Car, l_shape, rotation, scan_car, star
-from support.stages import fit_points, off_quarter, one_segment
+from support.stages import LIDAR, fit_points, off_quarter, one_segment
 
-from luxloop.tracker.detection.baselines import autoware, columns, jlinkage, principal_axes, ransac_lines, two_set_split
-from luxloop.tracker.detection.baselines.baseline_config import BaselineConfig
-from luxloop.tracker.detection.baselines.columns import HEADINGS
+from luxloop.tracker.detection import baselines, tlinkage
+from luxloop.tracker.detection.baselines import HEADINGS, BaselineConfig
 from luxloop.tracker.detection.rectangles import measure
 from luxloop.tracker.records import BASELINES, METHODS, Segments
 
@@ -28,7 +27,7 @@ def scattered(seed, count):
 
 def appended(points, segments=None, config=ON):
     fitted = fit_points(points, segments=segments)
-    return columns.append(points, fitted.segments, fitted.linkage, fitted.candidates, config)
+    return baselines.append(fitted.points, fitted.linkage, fitted.candidates, config, LIDAR.range_std_m)
 
 
 # --- all baselines
@@ -44,13 +43,13 @@ def test_every_baseline_has_its_function():
 def test_two_perfect_sides_give_the_exact_heading(name, heading):
     """The scene is rotated about the ego, so that both sides stay visible: the split is by azimuth."""
     points = l_shape(0.0, step=0.1) @ rotation(heading).T
-    assert off_quarter(HEADINGS[name](points, ON), heading) == pytest.approx(0.0, abs=1e-9)
+    assert off_quarter(HEADINGS[name](points), heading) == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", [*LINES, "principal_axes"])
 def test_one_perfect_side_gives_the_exact_heading(name):
     side = np.stack([np.linspace(10.0, 14.0, 30), np.full(30, 3.0)], axis=1) @ rotation(0.3).T
-    assert off_quarter(HEADINGS[name](side, ON), 0.3) == pytest.approx(0.0, abs=1e-9)
+    assert off_quarter(HEADINGS[name](side), 0.3) == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", BASELINES)
@@ -60,13 +59,13 @@ def test_quarter_turns_of_the_scene_do_not_change_the_heading(name, seed, quarte
     """Also behind the ego, where the azimuth jumps from -180 to 180 degrees in the middle of a vehicle."""
     points, _ = scan_car(Car((-15.0, 0.3), 0.4 + 0.01 * seed), np.random.default_rng(seed))
     turned = points @ rotation(quarters * math.pi / 2).T
-    there, here = (HEADINGS[name](some, ON) for some in (turned, points))
+    there, here = (HEADINGS[name](some) for some in (turned, points))
     assert off_quarter(there, here) == pytest.approx(0.0, abs=1e-6 if name != "autoware" else 1.0)
 
 
 def test_the_same_points_give_the_same_headings():
     points = scattered(3, 60)
-    assert columns.headings(points, ON) == columns.headings(points.copy(), ON)
+    assert baselines.headings(points) == baselines.headings(points.copy())
 
 
 # --- principal axes
@@ -77,7 +76,7 @@ def test_the_same_points_give_the_same_headings():
 def test_principal_axis_is_the_eigenvector_of_the_largest_eigenvalue(seed, count):
     points = scattered(seed, count) @ rotation(0.1 * seed).T
     x, y = np.linalg.eigh(np.cov(points.T))[1][:, -1]
-    assert off_quarter(principal_axes.heading(points, ON), math.atan2(y, x)) == pytest.approx(0.0, abs=1e-6)
+    assert off_quarter(baselines.principal_axes(points), math.atan2(y, x)) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_principal_axis_of_two_sides_by_hand():
@@ -86,7 +85,7 @@ def test_principal_axis_of_two_sides_by_hand():
     Scatter xx = 30 - 100 / 8 = 17.5, yy = 14 - 36 / 8 = 9.5, xy = -60 / 8 = -7.5: 0.5 atan2(-15, 8) = -30.96 degrees.
     """
     points = np.array([[0, 0], [1, 0], [2, 0], [3, 0], [4, 0], [0, 1], [0, 2], [0, 3]], dtype=np.float64)
-    assert math.degrees(principal_axes.heading(points, ON)) == pytest.approx(-30.9638, abs=1e-4)
+    assert math.degrees(baselines.principal_axes(points)) == pytest.approx(-30.9638, abs=1e-4)
 
 
 # --- ordered two-set split
@@ -103,7 +102,7 @@ def test_the_best_split_equals_an_exhaustive_search(seed, count):
         residuals = np.concatenate([part - part.mean(axis=0) for part in sets if len(part)])
         values, vectors = np.linalg.eigh(residuals.T @ residuals)
         best = min(best, (values[0], math.atan2(vectors[1, 1], vectors[0, 1])))
-    heading = two_set_split.heading(points, ON)
+    heading = baselines.two_set_split(points)
     if count > 3:  # with fewer points, several splits fit exactly
         assert off_quarter(heading, best[1]) == pytest.approx(0.0, abs=1e-5)
 
@@ -117,7 +116,7 @@ def test_a_mirror_and_a_window_bias_least_squares_but_not_ransac():
     headings = {name: [] for name in BASELINES}
     for seed in range(10):
         points, _ = scan_car(car, np.random.default_rng(seed))
-        for name, found in zip(BASELINES, columns.headings(points, ON), strict=True):
+        for name, found in zip(BASELINES, baselines.headings(points), strict=True):
             headings[name].append(abs(off_quarter(found, car.heading)))
     mean = {name: np.mean(errors) for name, errors in headings.items()}
     assert max(mean["ransac_lines"], mean["jlinkage"]) < 2.0
@@ -130,21 +129,21 @@ def test_ransac_finds_a_line_among_outliers_for_every_seed():
     rng = np.random.default_rng(1)
     side = np.stack([np.linspace(10.0, 14.0, 40), rng.normal(3.0, 0.01, 40)], axis=1)
     points = np.concatenate([side, rng.uniform((10.0, 3.0), (14.0, 7.0), (40, 2))])
-    found = [ransac_lines.heading(points, BaselineConfig(seed=seed)) for seed in range(10)]
+    found = [baselines.ransac_lines(points, seed=seed) for seed in range(10)]
     assert np.abs(off_quarter(np.array(found), 0.0)).max() < 1.0
-    assert abs(off_quarter(principal_axes.heading(points, ON), 0.0)) > 5.0
+    assert abs(off_quarter(baselines.principal_axes(points), 0.0)) > 5.0
 
 
 def test_lines_through_pairs_by_hand():
     """The line through (0, 0) and (0, 2) is x = 0, at distance 3 from (3, 5); two points at one place make no line."""
-    lines = ransac_lines.through(np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 2.0], [1.0, 1.0]]))
-    assert ransac_lines.distances(np.array([[3.0, 5.0]]), lines).tolist() == [[3.0], [math.inf]]
+    lines = baselines.through(np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 2.0], [1.0, 1.0]]))
+    assert baselines.distances(np.array([[3.0, 5.0]]), lines).tolist() == [[3.0], [math.inf]]
 
 
 def test_points_without_three_collinear_ones_are_fitted_by_least_squares():
     """A triangle of 2 m: no line through two points is near the third."""
     points = np.array([[10.0, 0.0], [12.0, 0.0], [11.0, 1.0]])
-    assert ransac_lines.heading(points, ON) == principal_axes.direction(points)
+    assert baselines.ransac_lines(points) == baselines.principal_axes(points)
 
 
 # --- J-linkage
@@ -157,7 +156,7 @@ def test_jlinkage_by_hand():
     which then prefers {A} alone: at distance 1 from {B} merging ends.
     """
     table = np.array([[1, 1, 1, 0, 0], [0, 0, 1, 1, 1]], dtype=np.float64)
-    label = jlinkage.agglomerate(table)
+    label = tlinkage.agglomerate(table)
     assert label[0] == label[1] == label[2]
     assert label[3] == label[4] != label[0]
 
@@ -167,10 +166,9 @@ def test_jlinkage_by_hand():
 def test_clusters_of_jlinkage_have_a_line_in_common_and_share_none(seed, count):
     """Termination theorem of Toldo and Fusiello; `agglomerate` is that of T-linkage with binary preferences."""
     points = scattered(seed, count)
-    draws = jlinkage.uniforms(ON.seed, ON.points_max, jlinkage.SAMPLING.samples_per_point)
-    lines = jlinkage.hypotheses(points, draws, jlinkage.SAMPLING.locality)
-    near = ransac_lines.distances(points, lines) < ON.inlier_m
-    cluster = jlinkage.clusters(points, ON)
+    lines = tlinkage.hypotheses(points, baselines.jlinkage_uniforms(count), tlinkage.LOCALITY)
+    near = baselines.distances(points, lines) < baselines.INLIER_M
+    cluster = baselines.jlinkage_clusters(points)
     common = [near[:, cluster == name].all(axis=1) for name in np.unique(cluster)]
     assert all(some.any() for some in common)
     assert np.sum(common, axis=0).max() <= 1
@@ -185,7 +183,7 @@ def test_jlinkage_finds_the_lines_of_a_star(outliers, misclassified_max):
     shares = []
     for seed in range(4):
         points, label = star(np.random.default_rng(seed), outliers)
-        cluster = jlinkage.clusters(points, BaselineConfig(inlier_m=0.03, points_max=len(points)))
+        cluster = baselines.jlinkage_clusters(points, inlier_m=0.03)
         largest = np.argsort(-np.bincount(cluster), kind="stable")[:5]
         shared = np.array([[np.sum((cluster == name) & (label == line)) for line in range(5)] for name in largest])
         right = shared[scipy.optimize.linear_sum_assignment(-shared)]
@@ -208,7 +206,7 @@ def test_closeness_of_autoware_equals_a_loop_over_points():
                 d = min(a - c1.min(), c1.max() - a, b - c2.min(), c2.max() - b)
                 score += 1.0 / max(d**2, 0.01) if d <= 0.4 else 0.0
             scores.append(score)
-        assert autoware.heading(points, ON) == pytest.approx(np.deg2rad(np.argmax(scores)))
+        assert baselines.autoware(points) == pytest.approx(np.deg2rad(np.argmax(scores)))
 
 
 # --- as columns of the candidates
@@ -223,7 +221,7 @@ def test_columns_are_measured_like_those_of_other_methods():
         np.testing.assert_allclose(found.size[0, column], [4.0, 2.0], atol=1e-6)
         np.testing.assert_allclose(found.center_ego[0, column], found.center_ego[0, METHODS.index("tlinkage")])
     fitted = fit_points(points)
-    center, size = measure(points, fitted.segments, fitted.linkage, found.heading)
+    center, size = measure(fitted.points, fitted.linkage, found.heading, LIDAR.range_std_m)
     np.testing.assert_allclose(found.size, size)
     np.testing.assert_allclose(found.center_ego, center)
 
@@ -254,9 +252,8 @@ def test_segments_are_fitted_independently_and_may_be_absent():
 def test_a_large_segment_is_reduced_to_an_even_subset():
     """Every third of 300 points: a truncated list would omit a side."""
     points = l_shape(0.3, length=20.0, width=10.0, step=0.1)[:300]
-    config = BaselineConfig(enabled=True, points_max=100)
-    assert columns.headings(points, config) == columns.headings(points[::3], config)
-    assert columns.headings(points, config) != columns.headings(points[:100], config)
+    assert baselines.headings(points) == baselines.headings(points[::3])
+    assert baselines.headings(points) != baselines.headings(points[:100])
 
 
 def test_points_in_one_place_have_heading_0():
@@ -274,9 +271,3 @@ def test_enabled_baselines_are_graded_and_do_not_change_tracks():
         assert off.metrics[metric].value is None
         assert "[tracker.baselines]" in off.metrics[metric].reason
     assert on.trace_hash == off.trace_hash
-
-
-@pytest.mark.parametrize("values", [{"inlier_m": 0.0}, {"points_max": 1}])
-def test_invalid_settings_are_rejected_by_name(values):
-    with pytest.raises(ValueError, match=next(iter(values))):
-        BaselineConfig(**values)

@@ -8,8 +8,8 @@ from support.bowed_cars import BowedCar, drawn_car, ranged, shifted_lines, visib
 from support.shapes import rotation
 from support.stages import fit_points, off_quarter, one_segment
 
-from luxloop.tracker.detection import body_fit, body_search
-from luxloop.tracker.detection.body_fit import BodyFitConfig
+from luxloop.tracker.detection import body_fit
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.records import METHODS, Segments
 from luxloop.tracker.scan import Scan
 
@@ -23,7 +23,8 @@ def fit(clouds, truth, lines=None, starts_deg=STARTS_DEG):
     line = np.zeros(sum(count), np.int64) if lines is None else np.concatenate(lines)
     segments = Segments(np.repeat(np.arange(len(clouds)), count), len(clouds))
     heading = np.reshape(truth, (-1, 1)) + np.deg2rad(starts_deg)
-    return body_fit.fit(np.concatenate(clouds), line, segments, heading, 0.08, 0.03, BodyFitConfig())
+    points = sort_by_segment(np.concatenate(clouds), segments, scan_line=line)
+    return body_fit.fit(points, heading, 0.027)
 
 
 def stds_deg(fitted):
@@ -223,27 +224,8 @@ def test_points_at_one_place_have_a_finite_result(count):
     assert np.linalg.eigvalsh(fitted.covariance[0]).min() > 0.0
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("range_std_m", 0.0),
-        ("flatness_m", -0.02),
-        ("inside_share", 1.0),
-        ("cost_max", np.inf),
-        ("end_curvature_std_per_m", 0.0),
-        ("flank_length_m", np.nan),
-        ("temperature", 0.0),
-        ("alignment_weight", -1.0),
-        ("asymmetry_std_rad", -0.1),
-    ],
-)
-def test_settings_out_of_bounds_are_rejected_by_name(key, value):
-    with pytest.raises(ValueError, match=key):
-        BodyFitConfig(**{key: value})
-
-
 def test_points_are_sorted_by_segment_then_by_scan_line():
     rng = np.random.default_rng(4)
     line, segment = rng.integers(0, 7, 200), np.sort(rng.integers(0, 5, 200))
-    np.testing.assert_array_equal(body_search.by_line(line, segment), np.lexsort((line, segment)))
-    assert len(body_search.by_line(line[:0], segment[:0])) == 0
+    np.testing.assert_array_equal(body_fit.by_line(line, segment), np.lexsort((line, segment)))
+    assert len(body_fit.by_line(line[:0], segment[:0])) == 0

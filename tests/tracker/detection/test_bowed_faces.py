@@ -6,12 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_bodies
 
-from luxloop.tracker.detection import body_fit
-from luxloop.tracker.detection.body_fit import BodyFitConfig
-from luxloop.tracker.detection.kernels import body_equations, body_starts, bowed_faces, cholesky
-from luxloop.tracker.detection.kernels.bowed_faces import ASIDE, DEPTH, FACE, PLACE, RESIDUALS, VARIANCE
+from luxloop.tracker.detection import body_fit, bowed_faces
+from luxloop.tracker.detection.bowed_faces import ASIDE, DEPTH, FACE, PLACE, RESIDUALS, VARIANCE
 
-SHAPE = body_fit._shape(BodyFitConfig())
+SHAPE = bowed_faces.BodyShape(range_std=0.027)
 
 
 @settings(max_examples=30)
@@ -21,8 +19,8 @@ def test_systems_equal_numpy(seed, count):
     root, vector = rng.normal(size=(count, count)), rng.normal(size=count)
     matrix = root @ root.T + 0.1 * np.eye(count)
     triangle, solved = matrix.copy(), vector.copy()
-    cholesky.factor(triangle)
-    cholesky.solve(triangle, solved)
+    bowed_faces.factor(triangle)
+    bowed_faces.solve(triangle, solved)
     np.testing.assert_allclose(np.tril(triangle), np.linalg.cholesky(matrix), atol=1e-10)
     np.testing.assert_allclose(solved, np.linalg.solve(matrix, vector), rtol=1e-7, atol=1e-9)
 
@@ -30,8 +28,8 @@ def test_systems_equal_numpy(seed, count):
 def test_only_the_lower_triangle_is_used():
     """Normal equations fill no other."""
     triangle, vector = np.array([[4.0, np.nan], [2.0, 5.0]]), np.array([10.0, 13.0])
-    cholesky.factor(triangle)
-    cholesky.solve(triangle, vector)
+    bowed_faces.factor(triangle)
+    bowed_faces.solve(triangle, vector)
     np.testing.assert_allclose(np.tril(np.nan_to_num(triangle)), [[2.0, 0.0], [1.0, 2.0]])
     np.testing.assert_allclose(vector, [1.5, 2.0])  # 4 * 1.5 + 2 * 2 = 10, 2 * 1.5 + 5 * 2 = 13
 
@@ -79,8 +77,8 @@ def test_normal_equations_equal_the_reference(seed, scale):
     found, ours = np.empty((RESIDUALS, len(points))), (np.empty((7, 7)), np.empty(7))
     prior = np.random.default_rng(seed).uniform(0.1, 0.5, (2, 5))
     bowed_faces.residuals(bowed_faces.Beams(*points.T.copy(), *ray.T.copy()), state, side, SHAPE, found)
-    start = body_starts.line_starts(line)
-    body_equations.normal_equations(start, state, side, prior, scale, SHAPE, found, *ours)
+    start = body_fit.line_starts(line)
+    bowed_faces.normal_equations(start, state, side, prior, scale, SHAPE, found, *ours)
     information, gradient = naive_bodies.normal_equations(points, ray, line, state, side, prior, scale, SHAPE)
     size = np.sqrt(np.outer(np.diag(information), np.diag(information)))
     np.testing.assert_allclose(ours[0] / size, np.tril(information) / size, atol=1e-6)
@@ -95,8 +93,8 @@ def test_odds_of_a_point_inside_by_hand():
 
 
 def test_scan_lines_begin_where_the_number_changes():
-    assert body_starts.line_starts(np.array([3, 3, 7, 8, 8, 8])).tolist() == [0, 2, 3, 6]
-    assert body_starts.line_starts(np.array([5])).tolist() == [0, 1]
+    assert body_fit.line_starts(np.array([3, 3, 7, 8, 8, 8])).tolist() == [0, 2, 3, 6]
+    assert body_fit.line_starts(np.array([5])).tolist() == [0, 1]
 
 
 @settings(max_examples=30)
@@ -104,7 +102,7 @@ def test_scan_lines_begin_where_the_number_changes():
 def test_a_shallow_depth_is_that_of_sorting(seed, count):
     place = np.random.default_rng(seed).normal(size=count).round(1)
     rank = int(0.08 * count)
-    assert body_starts.shallow_depth(place, rank) == np.sort(place)[rank]
+    assert body_fit.shallow_depth(place, rank) == np.sort(place)[rank]
 
 
 def test_the_middle_of_a_whole_face_is_between_its_ends_and_of_a_part_follows_from_the_length():

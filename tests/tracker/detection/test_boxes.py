@@ -10,8 +10,8 @@ from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import boxes
-from luxloop.tracker.detection.box_covariance import side_covariance
-from luxloop.tracker.detection.boxes import BoxConfig, strays
+from luxloop.tracker.detection.boxes import END_STD_M, NOISE_STD_M, BoxConfig, side_covariance, strays
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.records import Candidates, Linkage, Segments
 
@@ -110,13 +110,12 @@ def test_a_wall_beside_a_corner_is_not_taken_for_a_window(depth_m, stray):
     behind = np.array([[0.0, 8.0 + depth_m]])
     points = np.concatenate([np.linspace((-2.0, 8.0), (2.0, 8.0), 41), behind])
     size = np.array([[4.0, 0.05]])
-    assert strays(np.ptp(points, axis=0)[None], size, BoxConfig()).tolist() == [stray]
+    assert strays(np.ptp(points, axis=0)[None], size, BoxConfig().shorter_max_m).tolist() == [stray]
 
 
-def covariance(points, corner, heading, **config):
+def covariance(points, corner, heading, noise_std_m=NOISE_STD_M):
     index = np.zeros(len(points), dtype=np.int64)
-    config = BoxConfig(**config)
-    return side_covariance(points - corner, index, np.array([heading]), config.noise_std_m, config.end_std_m)[0]
+    return side_covariance(points - corner, index, np.array([heading]), noise_std_m, END_STD_M)[0]
 
 
 def test_heading_variance_of_one_side_by_hand():
@@ -161,8 +160,7 @@ def test_reported_heading_deviation_matches_the_error():
         bearing, heading = rng.uniform(-np.pi, np.pi), rng.uniform(0, np.pi)
         center = 15.0 * np.array([np.cos(bearing), np.sin(bearing)])
         points, _ = scan_car(Car(tuple(center), heading, chamfer=0.01, layer_bias=(0.0,) * 4), rng)
-        box = BoxConfig(noise_std_m=0.025)
-        built = fit_points(points, segments=one_segment(len(points)), choice=choice, box=box).boxes
+        built = fit_points(points, segments=one_segment(len(points)), choice=choice).boxes
         ratio.append(np.deg2rad(off_quarter(built.heading[0], heading)) / np.sqrt(built.covariance[0, 2, 2]))
     assert 0.5 < np.sqrt(np.mean(np.square(ratio))) < 2.0
 
@@ -209,21 +207,8 @@ def test_degenerate_scans_pass_all_stages(points, count):
 
 def test_empty_candidates():
     nothing = Candidates(*(np.empty((0, 4, *shape)) for shape in ((), (2,), (2,), ())), np.empty(0, np.int64))
-    built = boxes.build(
-        np.empty((0, 2)),
-        np.empty(0),
-        Segments(np.empty(0, np.int64), 0),
-        Linkage(np.empty(0, np.int64), np.empty(0)),
-        nothing,
-        np.empty(0, dtype=bool),
-        BoxConfig(),
-    )
+    points = sort_by_segment(np.empty((0, 2)), Segments(np.empty(0, np.int64), 0))
+    built = boxes.build(points, Linkage(np.empty(0, np.int64), np.empty(0)), nothing, BoxConfig())
     assert built.covariance.shape == (0, 3, 3)
     assert built.cut.shape == (0, 2, 2)
     assert built.corner_sign.shape == (0, 2)
-
-
-@pytest.mark.parametrize("values", [{"noise_std_m": 0.0}, {"end_std_m": -1.0}])
-def test_invalid_settings_are_rejected_by_name(values):
-    with pytest.raises(ValueError, match=next(iter(values))):
-        BoxConfig(**values)

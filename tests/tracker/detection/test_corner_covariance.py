@@ -7,14 +7,13 @@ from hypothesis import strategies as st
 from support.shapes import l_shape, rotation
 from support.stages import fit_points
 
-from luxloop.tracker.detection import box_covariance
-from luxloop.tracker.detection.boxes import BoxConfig
+from luxloop.tracker.detection import boxes
+from luxloop.tracker.detection.boxes import END_STD_M
 from luxloop.tracker.records import Segments
 
 
-def corner_covariance(body, from_mean, **config):
-    end_std_m = BoxConfig(**config).end_std_m
-    return box_covariance.corner_covariance(np.array([body]), np.array([from_mean]), end_std_m)[0]
+def corner_covariance(body, from_mean, end_std_m=END_STD_M):
+    return boxes.corner_covariance(np.array([body]), np.array([from_mean]), end_std_m)[0]
 
 
 def test_the_corner_of_a_body_moves_when_it_turns():

@@ -10,6 +10,8 @@ from support.shapes import Car, scan_car
 from luxloop.sim.scripted.motions import Arc, Straight, state_at
 from luxloop.tracker.detection.boxes import BoxConfig, build
 from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, twist, undo_targets
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.records import NOT_USED, Candidates, Linkage, Segments, Status
 from luxloop.tracker.scan import Scan
@@ -125,24 +127,24 @@ def test_points_of_a_track_are_moved_to_the_time_of_the_scan():
     when_seen[:20] += np.outer(tau[:20], (25.0, 1.0))
     segments = Segments(np.repeat([0, 0, 1], 10), 2)
     center = rotate(np.array([20.0, 0.0]), 0.5) + pose[:2]
-    still = undo_targets(
-        scan_at(1.0, pose, when_seen, tau), segments, movers((*center, 0.5, *velocity)), DeskewConfig()
-    )
-    assert still.points_ego[:, :2] == pytest.approx(np.vstack([rear, wall]), abs=1e-5)
+    points = sort_by_segment(when_seen, segments, time_offset=tau)
+    still = undo_targets(points, pose, movers((*center, 0.5, *velocity)))
+    assert still.xy == pytest.approx(np.vstack([rear, wall]), abs=1e-5)
     assert not still.time_offset[:20].any()
     assert still.time_offset[20:] == pytest.approx(tau[20:])
 
 
 def test_a_segment_moves_with_the_nearest_track_and_other_points_stay():
-    points = np.array([[10.0, 0.0], [10.2, 0.0], [10.1, 0.0]])
-    segments = Segments(np.array([0, 0, NOT_USED]), 1)
+    points = np.array([[10.0, 0.0], [10.2, 0.0], [10.1, 0.0], [30.0, 0.0]])
+    segments = Segments(np.array([0, 0, NOT_USED, 1]), 2)
     near_and_far = movers((11.5, 0.0, 0.0, 5.0, 0.0), (10.5, 0.0, 0.0, 10.0, 0.0))
-    still = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, near_and_far, DeskewConfig())
-    assert still.points_ego[:, 0] == pytest.approx([9.9, 10.1, 10.1])
+    swept = sort_by_segment(points, segments, time_offset=np.full(4, 0.01))
+    still = undo_targets(swept, np.zeros(3), near_and_far)
+    assert still.xy[:, 0] == pytest.approx([9.9, 10.1, 30.0])
     assert still.time_offset == pytest.approx([0.0, 0.0, 0.01])
-    for far_away in (movers(), movers((30.0, 0.0, 0.0, 5.0, 0.0))):
-        same = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, far_away, DeskewConfig())
-        assert same.points_ego[:, :2] == pytest.approx(points)
+    for far_away in (movers(), movers((50.0, 0.0, 0.0, 5.0, 0.0))):
+        same = undo_targets(swept, np.zeros(3), far_away)
+        assert same.xy == pytest.approx(points[[0, 1, 3]])
 
 
 def test_the_time_of_a_box_is_the_mean_time_of_the_points_on_its_lines():
@@ -151,7 +153,8 @@ def test_the_time_of_a_box_is_the_mean_time_of_the_points_on_its_lines():
     one = np.zeros((1, 4))
     candidates = Candidates(one, np.full((1, 4, 2), 10.5), np.ones((1, 4, 2)), one, np.zeros(1, np.int64))
     tau = np.array([0.001, 0.003, 0.005, 0.5])
-    built = build(points, tau, segments, Linkage(line, np.zeros(1)), candidates, np.zeros(4, dtype=bool), BoxConfig())
+    swept = sort_by_segment(points, segments, time_offset=tau)
+    built = build(swept, Linkage(line, np.zeros(1)), candidates, BoxConfig())
     assert built.time_offset == pytest.approx([0.003])
 
 
@@ -174,9 +177,9 @@ def oncoming(unit_yaw_deg, ego_mps, speed_mps=30.0, frames=21):
         yield center, scan_at(DT * k, (ego_x, 0.0, 0.0), points, tau)
 
 
-def lead(unit_yaw_deg, ego_mps=0.0, sweep=None):
+def lead(unit_yaw_deg, ego_mps=0.0, deskew=None, detector=None):
     """Return the longitudinal error of the track's front over the last frames [m], positive forward."""
-    tracker, leads = Tracker(TrackerConfig(sweep=sweep or DeskewConfig())), []
+    tracker, leads = Tracker(TrackerConfig(deskew=deskew or DeskewConfig()), detector), []
     for k, (center, scan) in enumerate(oncoming(unit_yaw_deg, ego_mps)):
         tracks, _ = tracker.step(scan)
         if k >= 17:
@@ -196,8 +199,14 @@ def test_an_oncoming_car_is_tracked_at_the_time_of_the_scan(unit_yaw_deg, ego_mp
     assert np.abs((uncorrected - at_once).mean()) > 0.1
 
 
+class WithoutTargets(Detector):
+    """Compensates ego motion only, and keeps the time offsets of all points."""
+
+    def step(self, scan, _=None, long=None):
+        return super().step(scan, None, long)
+
+
 def test_the_time_of_a_box_compensates_missing_target_deskew():
     """Without deskew of its segment, the box has a time offset that the track update compensates."""
-    without_targets = DeskewConfig(margin_m=-5.0)
-    off = lead(30.0, sweep=without_targets) - lead(None)
+    off = lead(30.0, detector=WithoutTargets(TrackerConfig())) - lead(None)
     assert np.abs(off).max() < 0.03

@@ -6,13 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_points as naive
 
-from luxloop.tracker.detection.kernels.bearings import even_subset
-from luxloop.tracker.detection.kernels.box_points import box_points
-from luxloop.tracker.detection.kernels.cells import contained
-from luxloop.tracker.detection.kernels.groups import by_group, extents_along, means
-from luxloop.tracker.detection.kernels.kept import kept_points
-from luxloop.tracker.detection.kernels.ordering import by_key, by_number
-from luxloop.tracker.detection.kernels.truncation import truncated_points
+from luxloop.tracker.detection.background import contained
+from luxloop.tracker.detection.boxes import box_points
+from luxloop.tracker.detection.point_groups import by_group, by_key, by_number, even_subset, extents_along, means
+from luxloop.tracker.detection.preprocess import kept_points
+from luxloop.tracker.detection.truncation import truncated_points
 
 seeds = st.integers(0, 10_000)
 
@@ -89,7 +87,8 @@ def test_box_points_equal_the_reference(seed):
     center, heading, size = rng.normal(5.0, 1.0, (4, 2)), rng.uniform(0.0, 1.5, 4), rng.uniform(0.5, 8.0, (4, 2))
     order, start = by_group(label, 4)
     spans = np.stack([start[:-1], start[1:]], axis=1)
-    found = box_points(points, *of_points, order, spans, center, heading, size, 0.3)
+    by_box = (values.take(order, axis=0) for values in (points, *of_points))
+    found = box_points(*by_box, spans, center, heading, size, 0.3)
     for b in range(4):
         box = center[b], heading[b], size[b]
         twin = naive.box_points(points, *of_points, np.flatnonzero(label == b), *box, 0.3)

@@ -6,13 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_fit
 from support.shapes import l_shape, rotation
-from support.stages import fit_points, off_quarter, one_segment
+from support.stages import as_one_segment, fit_points, off_quarter, one_segment
 
 from luxloop.tracker.detection import rectangles, tlinkage
-from luxloop.tracker.detection.kernels import criteria as kernels
-from luxloop.tracker.detection.kernels.hull import convex_hull as hull_of_sorted
-from luxloop.tracker.detection.kernels.sides import extents
-from luxloop.tracker.detection.rectangles import RectangleConfig
+from luxloop.tracker.detection.detector import Detector, DetectorConfig
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.detection.rectangles import RectangleConfig, extents
+from luxloop.tracker.detection.rectangles import convex_hull as hull_of_sorted
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.records import METHODS, Linkage, Segments
 
@@ -29,15 +30,15 @@ def convex_hull(points):
 
 
 def criteria(points, angle, floor=0.01):
-    score = np.empty((3, kernels.LANES))
-    angles = np.linspace(angle, angle + 1.0, kernels.LANES)
+    score = np.empty((3, rectangles.LANES))
+    angles = np.linspace(angle, angle + 1.0, rectangles.LANES)
     direction = np.array([np.cos(angles), np.sin(angles)])
-    kernels.criteria(points, kernels.mean_of(points), convex_hull(points), direction, floor, score)
+    rectangles.criteria(points, rectangles.mean_of(points), convex_hull(points), direction, floor, score)
     return score[:, 0]
 
 
 def headings(points, halvings=5):
-    return kernels.best_headings(points, np.array([0, len(points)]), GRID, 0.01, halvings)[0]
+    return rectangles.best_headings(points, np.array([0, len(points)]), GRID, 0.01, halvings)[0]
 
 
 def test_criteria_by_hand():
@@ -136,9 +137,10 @@ def test_segments_are_fitted_independently():
     segments = Segments(np.repeat(np.arange(3), [len(shape) for shape in shapes]), 3)
     mixed = np.random.default_rng(0).permutation(len(segments.label))
     points, segments = np.concatenate(shapes)[mixed], Segments(segments.label[mixed], 3)
-    found = rectangles.fit(points, segments, tlinkage.link(points, segments, LinkageConfig()), RectangleConfig())
-    assert found.heading.shape == (3, len(METHODS) - 1), "selection adds the refined one"
-    assert np.abs(off_quarter(found.heading[:, VARIANCE], [0.2, 0.7, 1.3])).max() < 0.05
+    points = sort_by_segment(points, segments)
+    found = rectangles.headings(points, tlinkage.link(points, LinkageConfig(), LidarConfig()), RectangleConfig())
+    assert found.shape == (3, len(METHODS) - 1), "selection adds the refined one"
+    assert np.abs(off_quarter(found[:, VARIANCE], [0.2, 0.7, 1.3])).max() < 0.05
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.3, 1.2])
@@ -167,16 +169,31 @@ def test_a_mirror_biases_the_criteria_but_does_not_enlarge_the_rectangle():
 def test_sides_by_hand():
     """At normal incidence points are within 2.4 x 2.7 cm of the side: 4.02 and 4.0 of x, 1.0 of y, all zeros."""
     points = np.array([[0.0, 0.0], [4.02, 0.0], [4.0, 0.5], [3.93, 1.0], [0.0, 0.9]])
-    center, size = rectangles.measure(points, one_segment(5), Linkage(np.zeros(5, int), np.zeros(1)), np.zeros((1, 1)))
+    center, size = rectangles.measure(
+        as_one_segment(points), Linkage(np.zeros(5, int), np.zeros(1)), np.zeros((1, 1)), 0.027
+    )
     np.testing.assert_allclose(size[0, 0], [4.01, 1.0])
     np.testing.assert_allclose(center[0, 0], [2.005, 0.5])
+
+
+def test_sides_are_as_thick_as_the_range_noise_of_the_settings():
+    """At normal incidence the side at x = 10 takes the points within 2.4 standard deviations: 10.1 with 5 cm only."""
+    points = np.stack([np.repeat([10.0, 10.1, 12.0], 5), np.tile(np.linspace(-0.1, 0.1, 5), 3)], axis=1)
+    near = []
+    for range_std_m in (0.01, 0.05):
+        detector = Detector(DetectorConfig(lidar=LidarConfig(range_std_m=range_std_m)))
+        segmented, linkage = as_one_segment(points), Linkage(np.zeros(15, int), np.zeros(1))
+        candidates = detector.fit(segmented, linkage)
+        assert candidates.heading[0, TLINKAGE] == 0.0
+        near.append(candidates.center_ego[0, TLINKAGE, 0] - 0.5 * candidates.size[0, TLINKAGE, 0])
+    assert near == pytest.approx([10.0, 10.05], abs=1e-3)
 
 
 def test_sides_ignore_outliers_and_are_those_of_each_heading():
     points = np.concatenate([l_shape(0.4, length=4.0, width=2.0), [[30.0, 30.0]]])
     line = np.append(np.zeros(len(points) - 1, int), -1)
     headings = np.array([[0.4, 0.4 + np.pi / 2]])
-    center, size = rectangles.measure(points, one_segment(len(points)), Linkage(line, np.array([0.4])), headings)
+    center, size = rectangles.measure(as_one_segment(points), Linkage(line, np.array([0.4])), headings, 0.027)
     np.testing.assert_allclose(size[0], [[4.0, 2.0], [2.0, 4.0]], atol=1e-9)
     np.testing.assert_allclose(center[0], np.tile(np.array([10.0, 5.0]) + rotation(0.4) @ [2.0, 1.0], (2, 1)))
 
@@ -192,7 +209,7 @@ def test_noise_does_not_bias_the_sides():
         points = l_shape(0.0, length=4.0, width=2.0, step=0.05)
         points *= 1.0 + rng.normal(0.0, 0.025, (len(points), 1)) / np.linalg.norm(points, axis=1, keepdims=True)
         linkage = Linkage(np.zeros(len(points), int), np.zeros(1))
-        center, size = rectangles.measure(points, one_segment(len(points)), linkage, np.zeros((1, 1)))
+        center, size = rectangles.measure(as_one_segment(points), linkage, np.zeros((1, 1)), 0.027)
         error.append(center[0, 0] - 0.5 * size[0, 0] - [10.0, 5.0])
     assert np.abs(np.mean(error, axis=0)).max() < 0.006
 
@@ -206,16 +223,14 @@ def test_degenerate_segments_have_finite_rectangles(points):
 
 
 def test_no_segment():
-    found = rectangles.fit(
-        np.ones((3, 2)), Segments(np.full(3, -1), 0), Linkage(np.full(3, -1), np.empty(0)), RectangleConfig()
-    )
-    assert found.heading.shape == (0, 4)
-    assert found.size.shape == (0, 4, 2)
+    nothing = sort_by_segment(np.ones((3, 2)), Segments(np.full(3, -1), 0))
+    linkage = Linkage(np.full(3, -1), np.empty(0))
+    found = rectangles.headings(nothing, linkage, RectangleConfig())
+    assert found.shape == (0, 4)
+    assert rectangles.measure(nothing, linkage, found, 0.027)[1].shape == (0, 4, 2)
 
 
-@pytest.mark.parametrize(
-    "values", [{"step_deg": 0.0}, {"step_deg": 60.0}, {"halvings": -1}, {"closeness_floor_m": 0.0}]
-)
+@pytest.mark.parametrize("values", [{"halvings": -1}, {"halvings": 31}, {"closeness_floor_m": 0.0}])
 def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         RectangleConfig(**values)

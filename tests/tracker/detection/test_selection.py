@@ -6,25 +6,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
-from support.stages import fit_points, off_quarter, one_segment
+from support.stages import as_one_segment, fit_points, off_quarter, one_segment
 
-from luxloop.tracker.detection import selection
-from luxloop.tracker.detection.kernels import heading_search as kernels
-from luxloop.tracker.detection.rectangles import Rectangles
+from luxloop.tracker.detection import alignment, selection
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.records import METHODS, Linkage, Segments
 
 
 def choose(points, line, headings, variant="alignment"):
-    """Select among headings; the positions of the rectangles have no effect on the cost."""
-    count = len(headings)
-    found = Rectangles(np.array([headings]), np.zeros((1, count, 2)), np.ones((1, count, 2)))
+    """Select among headings."""
     linkage = Linkage(np.asarray(line), np.array([headings[-1]]))
-    return selection.select(points, one_segment(len(points)), linkage, found, SelectionConfig(variant=variant))
+    return selection.select(
+        as_one_segment(points), linkage, np.array([headings]), SelectionConfig(variant=variant), 0.027
+    )
 
 
 def misalignment(points, heading, ray=(1.0, 0.0)):
-    return kernels.misalignment(
+    return alignment.misalignment(
         points, heading, np.array(ray), 0.08, 0.03, np.empty(len(points)), np.empty(len(points))
     )
 
@@ -56,7 +55,7 @@ def test_a_point_at_half_the_kernel_radius_counts_nine_sixteenths():
 
 def local_density(place):
     out = np.empty(len(place))
-    kernels.local_density(place, 0.08, out)
+    alignment.local_density(place, 0.08, out)
     return out
 
 
@@ -130,7 +129,7 @@ def test_the_paper_variant_refines_no_heading():
 def test_distances_equal_the_reference(seed, count, headings):
     rng = np.random.default_rng(seed)
     lines = [rng.normal((20.0, 5.0), (2.0, 0.3), (n, 2)) @ rotation(0.3).T for n in (count, 7)]
-    ours = kernels.side_distances(np.concatenate(lines), np.array([0, count, count + 7]), np.array([headings] * 2))
+    ours = selection.side_distances(np.concatenate(lines), np.array([0, count, count + 7]), np.array([headings] * 2))
     twin = [[naive_fit.side_distances(points, heading) for heading in headings] for points in lines]
     np.testing.assert_allclose(ours, np.concatenate([np.transpose(block) for block in twin]), atol=1e-9)
 
@@ -220,19 +219,16 @@ def test_the_refined_rectangle_is_measured_along_its_heading():
     np.testing.assert_allclose(found.center_ego[0, -1], [10.0, 5.0] + rotation(0.7) @ [2.0, 1.0], atol=0.02)
 
 
-@pytest.mark.parametrize("values", [{"reach_m": 0.0}, {"flatness_m": -0.01}])
-def test_distances_must_be_positive(values):
-    with pytest.raises(ValueError, match=next(iter(values))):
-        SelectionConfig(**values)
+def test_an_unknown_variant_is_rejected():
+    with pytest.raises(ValueError, match='variant is "best"; give'):
+        SelectionConfig(variant="best")
 
 
 @pytest.mark.parametrize("variant", ["body", "alignment", "paper"])
 def test_no_segment(variant):
-    nothing = Rectangles(np.empty((0, 4)), np.empty((0, 4, 2)), np.empty((0, 4, 2)))
+    points = sort_by_segment(np.ones((3, 2)), Segments(np.full(3, -1), 0))
     linkage = Linkage(np.full(3, -1), np.empty(0))
-    found = selection.select(
-        np.ones((3, 2)), Segments(np.full(3, -1), 0), linkage, nothing, SelectionConfig(variant=variant)
-    )
+    found = selection.select(points, linkage, np.empty((0, 4)), SelectionConfig(variant=variant), 0.027)
     assert found.heading.shape == found.cost.shape == (0, len(METHODS))
     assert found.size.shape == (0, len(METHODS), 2)
     assert found.covariance is None or (variant == "body" and found.covariance.shape == (0, 3, 3))

@@ -1,21 +1,20 @@
 """T-linkage on the benchmarks of Toldo, Magri and Fusiello: stars and stairs, with the kernels for cars."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy
 from support.shapes import stairs, star
-from support.stages import one_segment
+from support.stages import as_one_segment
 
 from luxloop.tracker.detection import tlinkage
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.detection.lines import LineLimits, label_lines
+from luxloop.tracker.detection.point_groups import even_subset
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 
 STD = 0.0075
 POINTS = 50
-CONFIG = LinkageConfig(
-    variant="lines", tau_m=2.5 * STD, length_min_m=0.5, turn_min_deg=10.0, points_max=500, samples_per_point=4
-)
+CONFIG = LinkageConfig(variant="lines", tau_m=2.5 * STD, points_max=500, samples_per_point=4)
 
 
 def confusion(truth, label):
@@ -30,7 +29,11 @@ def graded(points, truth, config):
 
     Lines are matched one to one, outliers are a class of their own.
     """
-    label = tlinkage.link(points, one_segment(len(points)), config).line
+    return scored(truth, tlinkage.link(as_one_segment(points), config, LidarConfig()).line)
+
+
+def scored(truth, label):
+    """As `graded`, of labels."""
     table = confusion(truth, label)
     matched = table[scipy.optimize.linear_sum_assignment(-table)]
     return 1.0 - (matched.sum() + np.sum((truth < 0) & (label < 0))) / len(truth), matched, label.max() + 1
@@ -62,10 +65,14 @@ def test_the_steps_of_stairs_are_separated(std, at_most):
     Sampling is local, within a step. Also the true segments with a gate of 2.5 sigma misclassify 3 % at the smaller and
     6 % at the larger sigma, because outliers lie on them, and the true lines 10 and 18 %.
     """
-    config = replace(CONFIG, tau_m=2.5 * std, length_min_m=0.1, turn_min_deg=0.0, locality=0.1, points_max=600)
-    errors = [
-        graded(*stairs(np.random.default_rng(seed), 0.6, per_step=POINTS, std=std), config)[0] for seed in range(20)
-    ]
+    limits, errors = LineLimits(2.5 * std, length_min=0.1, turn_min=0.0), []
+    for seed in range(20):
+        points, truth = stairs(np.random.default_rng(seed), 0.6, per_step=POINTS, std=std)
+        offset, drawn = np.array([0, len(points)]), tlinkage.uniforms(CONFIG.seed, 600, CONFIG.samples_per_point)
+        chosen, first = even_subset(points, offset, 600)
+        sample = points[chosen]
+        cluster = tlinkage.link_samples(sample, first, drawn, 0.1, limits.tau)
+        errors.append(scored(truth, label_lines(points, offset, sample, first, cluster, limits, False)[0])[0])
     assert np.mean(errors) <= at_most
 
 
@@ -73,5 +80,5 @@ def test_magri_and_fusiellos_rule_needs_no_scale_of_chance():
     """`paper` keeps the clusters before the largest jump in size: on a star without outliers the five lines."""
     points, truth = star(np.random.default_rng(0), 0, per_line=POINTS, std=STD)
     config = LinkageConfig(variant="paper", tau_m=2.5 * STD, points_max=500, samples_per_point=4)
-    table = confusion(truth, tlinkage.link(points, one_segment(len(points)), config).line)
+    table = confusion(truth, tlinkage.link(as_one_segment(points), config, LidarConfig()).line)
     assert table[scipy.optimize.linear_sum_assignment(-table)].sum() > 0.85 * len(truth)

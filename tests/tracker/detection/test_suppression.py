@@ -1,11 +1,8 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.detection.boxes import nearest_corner
-from luxloop.tracker.detection.suppression import SuppressionConfig, in_shadow
+from luxloop.tracker.detection.boxes import in_shadow, nearest_corner
 from luxloop.tracker.records import Boxes
-
-CONFIG = SuppressionConfig()
 
 
 def boxes(*rectangles):
@@ -37,7 +34,7 @@ FRONT = (-20.0, 0.0, 0.0, 0.1, 1.7)  # a car that follows: only its front is see
 def test_a_windscreen_behind_a_hood_is_suppressed(heading):
     front = FRONT if heading == 0.0 else (-20.0, 0.0, heading, 1.7, 0.1)
     windscreen = (-21.6, 0.1, 0.0, 0.2, 1.2)
-    assert in_shadow(boxes(front, windscreen), CONFIG).tolist() == [False, True]
+    assert in_shadow(boxes(front, windscreen)).tolist() == [False, True]
 
 
 @pytest.mark.parametrize(
@@ -49,13 +46,13 @@ def test_a_windscreen_behind_a_hood_is_suppressed(heading):
     ],
 )
 def test_other_vehicles_are_not_suppressed(other):
-    assert not in_shadow(boxes(FRONT, other), CONFIG)[1]
+    assert not in_shadow(boxes(FRONT, other))[1]
 
 
 def test_a_box_inside_a_nearer_one_is_suppressed_and_one_behind_it_is_not():
     whole, inner, behind = (12.0, 4.0, 0.0, 4.5, 1.8), (12.5, 4.2, 0.0, 1.0, 0.6), (16.0, 4.3, 0.0, 0.1, 1.5)
-    assert in_shadow(boxes(whole, inner, behind), CONFIG).tolist() == [False, True, False]
+    assert in_shadow(boxes(whole, inner, behind)).tolist() == [False, True, False]
 
 
 def test_no_boxes():
-    assert in_shadow(boxes(FRONT).subset(np.zeros(0, dtype=np.int64)), CONFIG).shape == (0,)
+    assert in_shadow(boxes(FRONT).subset(np.zeros(0, dtype=np.int64))).shape == (0,)

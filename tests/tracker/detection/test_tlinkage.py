@@ -8,16 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_faces, naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
-from support.stages import off_quarter, one_segment
+from support.stages import as_one_segment, off_quarter
 
-from luxloop.tracker.detection import linked_faces, tlinkage
-from luxloop.tracker.detection.kernels import faces, lines, linkage, outline
+from luxloop.tracker.detection import faces, lines, tlinkage
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.detection.lines import LENGTH_MIN_M
+from luxloop.tracker.detection.point_groups import even_subset
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.records import Segments
 
+LIDAR = LidarConfig()
+
 
 def link(points, **config):
-    return tlinkage.link(points, one_segment(len(points)), LinkageConfig(**config))
+    return tlinkage.link(as_one_segment(points), LinkageConfig(**config), LIDAR)
 
 
 def ranged(points, rng, std=0.025):
@@ -36,28 +41,28 @@ def noisy_l(seed, heading=0.3, std=0.025):
 def test_preference_by_hand():
     """Equation (1): 1 on the line, e^-1/2 at half the threshold, 0 at the threshold."""
     points = np.array([[3.0, 0.0], [-1.0, 0.05], [7.0, 0.1], [2.0, -0.3]])
-    table = linkage.preferences(points, np.array([[0.0, 1.0, 0.0]]), 0.1)
+    table = tlinkage.preferences(points, np.array([[0.0, 1.0, 0.0]]), 0.1)
     np.testing.assert_allclose(table, [[1.0, 0.6065306597126334, 0.0, 0.0]])
 
 
 def test_tanimoto_by_hand():
     """Equation (2): of (1, 1, 0) and (1, 0, 1), <p, q> = 1 and |p|^2 = |q|^2 = 2, so d = 1 - 1 / (2 + 2 - 1)."""
-    assert linkage.tanimoto(1.0, 2.0, 2.0) == pytest.approx(2.0 / 3.0)
-    assert linkage.tanimoto(2.0, 2.0, 2.0) == 0.0
-    assert linkage.tanimoto(0.0, 0.0, 0.0) == 1.0
+    assert tlinkage.tanimoto(1.0, 2.0, 2.0) == pytest.approx(2.0 / 3.0)
+    assert tlinkage.tanimoto(2.0, 2.0, 2.0) == 0.0
+    assert tlinkage.tanimoto(0.0, 0.0, 0.0) == 1.0
 
 
 def test_merging_by_hand():
     """Points 0 and 1 share both their lines, 2 shares one with them at half strength; 3 is orthogonal to all."""
     table = np.array([[1.0, 1.0, 0.5, 0.0], [1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    label = linkage.agglomerate(table)
+    label = tlinkage.agglomerate(table)
     assert label[0] == label[1] == label[2] != label[3]
 
 
 def test_merged_preference_is_the_minimum():
     """0-1 merge first and agree on line 0 only; 2 shares line 1 only with 1, so it stays separate."""
     table = np.array([[1.0, 0.9, 0.0], [0.0, 0.6, 1.0]])
-    label = linkage.agglomerate(table)
+    label = tlinkage.agglomerate(table)
     assert label[0] == label[1] != label[2]
 
 
@@ -74,7 +79,7 @@ def test_stages_equal_the_reference(seed):
     rng = np.random.default_rng(seed)
     points = np.concatenate([noisy_l(seed)[::2], rng.uniform((8, 3), (14, 8), (8, 2))])
     uniforms = rng.random((len(points), 3))
-    hypotheses = linkage.hypotheses(points, uniforms, 0.25)
+    hypotheses = tlinkage.hypotheses(points, uniforms, 0.25)
     partner = naive_fit.hypotheses(points, uniforms, 0.25).ravel()
     owner = np.tile(np.arange(len(points)), 3)
     for line, i, j in zip(hypotheses, owner, partner, strict=True):
@@ -82,10 +87,10 @@ def test_stages_equal_the_reference(seed):
         assert abs(line[:2] @ points[j] + line[2]) < 1e-9
         assert np.hypot(*line[:2]) == pytest.approx(1.0)
 
-    table = linkage.preferences(points, hypotheses, 0.08)
+    table = tlinkage.preferences(points, hypotheses, 0.08)
     np.testing.assert_allclose(table, naive_fit.preferences(points, hypotheses, 0.08), atol=1e-12)
 
-    label = linkage.agglomerate(table.copy())
+    label = tlinkage.agglomerate(table.copy())
     found = {frozenset(np.flatnonzero(label == name).tolist()) for name in np.unique(label)}
     assert found == naive_fit.agglomerate(table)
 
@@ -100,7 +105,7 @@ def test_merging_equals_the_reference_for_any_preferences(seed, count, density):
     """Cached neighbours must never hide the least distance."""
     rng = np.random.default_rng(seed)
     table = rng.random((6, count)) * (rng.random((6, count)) < density)
-    label = linkage.agglomerate(table.copy())
+    label = tlinkage.agglomerate(table.copy())
     assert {frozenset(np.flatnonzero(label == name).tolist()) for name in label} == naive_fit.agglomerate(table)
 
 
@@ -112,8 +117,8 @@ def car_and_clusters(seed, config, step=1):
     points, _ = scan_car(car, rng)
     points = points[np.argsort(np.arctan2(points[:, 1], points[:, 0]))]
     sample = points[::step]
-    drawn = linkage.hypotheses(sample, tlinkage.uniforms(0, len(sample), 2), config.locality)
-    cluster = linkage.agglomerate(linkage.preferences(sample, drawn, config.tau_m))
+    drawn = tlinkage.hypotheses(sample, tlinkage.uniforms(0, len(sample), 2), tlinkage.LOCALITY)
+    cluster = tlinkage.agglomerate(tlinkage.preferences(sample, drawn, config.tau_m))
     names = sorted(np.unique(cluster), key=lambda name: (-np.sum(cluster == name), name))
     return points, cluster, [sample[cluster == name] for name in names]
 
@@ -123,7 +128,7 @@ def test_lines_equal_the_reference(seed):
     """Stages after clustering: chance, refinement."""
     config = LinkageConfig(variant="lines")
     points, _, clusters = car_and_clusters(seed, config)
-    sides = naive_fit.find_lines(points, clusters, config.tau_m, config.length_min_m, np.sin(np.deg2rad(20.0)))
+    sides = naive_fit.find_lines(points, clusters, config.tau_m, LENGTH_MIN_M, np.sin(np.deg2rad(20.0)))
     twin = naive_fit.settle(points, sides, config.tau_m)
     found = link(points, variant="lines", points_max=len(points))
     np.testing.assert_array_equal(found.line, twin)
@@ -138,16 +143,16 @@ def test_faces_equal_the_reference(seed):
     step = 1 + seed % 3  # the sample proposes, all points score
     points, cluster, clusters = car_and_clusters(seed, config, step)
     chosen = np.arange(0, len(points), step)
-    noise = np.array([config.range_std_m, config.flatness_m])
-    limits = (noise, config.gate, config.curve_depth_m, config.curve_beyond_m)
+    noise = np.array([LIDAR.range_std_m, faces.FLATNESS_M])
+    limits = (noise, faces.GATE, faces.CURVE_DEPTH_M, faces.CURVE_BEYOND_M)
     offset, first = np.array([0, len(points)]), np.array([0, len(chosen)])
-    found = linked_faces.best_corners(points, offset, chosen, first, cluster, noise, config)
-    twin = naive_faces.best_corner(points, clusters, chosen, config.tau_m, *limits, config.length_min_m)
+    found = faces.best_corners(points, offset, chosen, first, cluster, noise, config.tau_m)
+    twin = naive_faces.best_corner(points, clusters, chosen, config.tau_m, *limits, LENGTH_MIN_M)
     np.testing.assert_allclose(found[0], twin, atol=1e-9)
 
-    uncertainty, information = faces.fit_corners(points, offset, found, noise, np.array([config.gate]))
-    linked_faces.put_dominant_first(found, uncertainty, information)
-    twin, twin_uncertainty = naive_faces.fit_corner(points, twin, noise, config.gate)
+    uncertainty, information = faces.fit_corners(points, offset, found, noise, np.array([faces.GATE]))
+    faces.put_dominant_first(found, uncertainty, information)
+    twin, twin_uncertainty = naive_faces.fit_corner(points, twin, noise, faces.GATE)
     np.testing.assert_allclose(found[0], twin, atol=1e-6)
     np.testing.assert_allclose(
         uncertainty[0, found[0].any(axis=1)], twin_uncertainty[found[0].any(axis=1)], rtol=1e-5, atol=1e-6
@@ -156,10 +161,11 @@ def test_faces_equal_the_reference(seed):
     wide = faces.excesses(points, offset, found, noise, config.tau_m)[0]
     assert wide == pytest.approx(naive_faces.excess(points, found[0], noise, config.tau_m))
 
-    height = np.random.default_rng(seed).uniform(0.3, 1.2, (len(points), 1))
-    gate, reach, pitch = np.array([config.gate]), limits[2:], np.deg2rad(config.pitch_deg)
-    for cloud in (points, np.hstack([points, height])):
-        label, _ = outline.label_bodies(cloud, offset, found, uncertainty, noise, gate, *reach, pitch)
+    heights = np.random.default_rng(seed).uniform(0.3, 1.2, len(points))
+    gate = np.array([faces.GATE])
+    for height in (np.zeros(len(points)), heights):
+        cloud = np.column_stack([points, height])
+        label, _ = faces.label_bodies(points, height, offset, found, uncertainty, noise, gate, LIDAR.pitch_rad)
         np.testing.assert_array_equal(
             label, naive_faces.label_body(cloud, found[0], uncertainty[0], *limits, np.deg2rad(0.25))
         )
@@ -236,11 +242,27 @@ def test_windows_and_mirrors_are_outliers_and_body_points_are_not(seed):
     assert np.mean(removed[~wrong]) < 0.1
 
 
+def corner_of(points):
+    """Corner of one segment, its uncertainty, and the gate of its points."""
+    offset, config, noise = np.array([0, len(points)]), LinkageConfig(), np.array([LIDAR.range_std_m, faces.FLATNESS_M])
+    chosen, first = even_subset(points, offset, config.points_max)
+    drawn = tlinkage.uniforms(config.seed, config.points_max, config.samples_per_point)
+    cluster = tlinkage.link_samples(points[chosen], first, drawn, tlinkage.LOCALITY, config.tau_m)
+    corner = faces.best_corners(points, offset, chosen, first, cluster, noise, config.tau_m)
+    faces.fit_corners(points, offset, corner, noise, np.array([faces.GATE]))
+    gate = faces.GATE * faces.excesses(points, offset, corner, noise, config.tau_m)
+    uncertainty, information = faces.fit_corners(points, offset, corner, noise, gate)
+    faces.put_dominant_first(corner, uncertainty, information)
+    return corner[0], uncertainty[0], gate[0]
+
+
 def test_curved_parts_belong_to_their_line_without_effect_on_its_direction():
     """Rounded corners are body; they must not be outliers and not bias the heading."""
     points, _ = scan_car(Car(center=(12.0, 5.0), heading=0.2, layer_bias=(0.0,) * 4), np.random.default_rng(2))
-    with_curves, without = link(points), link(points, curve_depth_m=0.05)
-    assert np.sum(with_curves.line < 0) < 0.5 * np.sum(without.line < 0)
+    with_curves, (corner, uncertainty, gate) = link(points), corner_of(points)
+    limits = np.array([LIDAR.range_std_m, faces.FLATNESS_M]), gate, 0.05, faces.CURVE_BEYOND_M
+    without = naive_faces.label_body(points, corner, uncertainty, *limits, LIDAR.pitch_rad)
+    assert np.sum(with_curves.line < 0) < 0.5 * np.sum(without < 0)
     assert abs(off_quarter(with_curves.heading[0], 0.2)) < 0.5
 
 
@@ -310,11 +332,8 @@ def test_a_segment_depends_on_its_own_points_only():
     """A shared random state would make a car's fit depend on other objects in the frame."""
     first, second = noisy_l(1), noisy_l(2) + 20.0
     single = link(second)
-    together = tlinkage.link(
-        np.concatenate([first, second]),
-        Segments(label=np.repeat([0, 1], [len(first), len(second)]), count=2),
-        LinkageConfig(),
-    )
+    segments = Segments(label=np.repeat([0, 1], [len(first), len(second)]), count=2)
+    together = tlinkage.link(sort_by_segment(np.concatenate([first, second]), segments), LinkageConfig(), LIDAR)
     np.testing.assert_array_equal(together.line[len(first) :], single.line)
     assert together.heading[1] == single.heading[0]
 
@@ -351,12 +370,12 @@ def test_degenerate_segments_have_a_dominant_line(points):
 
 
 def test_no_segment():
-    linkage = tlinkage.link(np.ones((3, 3)), Segments(np.full(3, -1), 0), LinkageConfig())
+    linkage = tlinkage.link(sort_by_segment(np.ones((3, 3)), Segments(np.full(3, -1), 0)), LinkageConfig(), LIDAR)
     assert linkage.line.tolist() == [-1, -1, -1]
     assert linkage.heading.shape == (0,)
 
 
-@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"locality": -1.0}, {"samples_per_point": 0}, {"points_max": 1}])
+@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"seed": -1}, {"samples_per_point": 0}, {"points_max": 1}])
 def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         LinkageConfig(**values)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.detection.cell_memory import CellMemory
+from luxloop.tracker.detection.background import CellMemory
 from luxloop.tracker.kernels.free_space import BINS, COVERED
 from luxloop.tracker.seen_through import seen_through
 

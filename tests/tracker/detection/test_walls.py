@@ -1,12 +1,15 @@
 """Walls with vehicles chained to them, and the memory of walls, in scans of a flat world with known surfaces."""
 
+import math
+
 import numpy as np
 import pytest
 
 from luxloop.tracker.detection.background import Background, BackgroundConfig
-from luxloop.tracker.detection.kernels.nearness import any_within
+from luxloop.tracker.detection.lidar import LidarConfig
+from luxloop.tracker.detection.point_groups import any_within
 from luxloop.tracker.detection.segmentation import SegmentationConfig, segment
-from luxloop.tracker.detection.straight_runs import WallConfig, straight_runs
+from luxloop.tracker.detection.walls import straight_runs
 from luxloop.tracker.records import NOT_USED
 
 BEAM = np.radians(0.25)
@@ -169,7 +172,9 @@ def test_a_wall_is_forgotten_in_time():
 def test_straight_runs_have_no_gaps_and_are_longer_than_a_van():
     x = np.arange(0.0, 30.0, 0.1)
     x = x[(x < 8.0) | ((x > 9.5) & (x < 15.0)) | (x > 16.5)]  # 8.0, 5.5 and 13.4 m
-    run, line = straight_runs(np.stack([x - 15.0, np.full(len(x), 5.0)], axis=1), WallConfig(), SegmentationConfig())
+    run, line = straight_runs(
+        np.stack([x - 15.0, np.full(len(x), 5.0)], axis=1), math.radians(0.5), SegmentationConfig()
+    )
     assert ((run != NOT_USED) == ((x < 8.0) | (x > 16.0))).all()
     assert len(set(run[x < 8.0])) == len(set(run[x > 16.0])) == 1
     assert run[0] != run[-1]
@@ -190,10 +195,10 @@ def test_nearness_equals_all_distances():
     ("make", "key", "value"),
     [
         (BackgroundConfig, "memory_s", 0.0),
-        (BackgroundConfig, "passed_log_odds", -0.1),
-        (BackgroundConfig, "log_odds_min", 1.0),
-        (WallConfig, "half_width_m", 0.0),
-        (WallConfig, "beam_rad", -1.0),
+        (BackgroundConfig, "length_min_m", -1.0),
+        (LidarConfig, "range_std_m", 0.0),
+        (LidarConfig, "beam_deg", -1.0),
+        (LidarConfig, "pitch_deg", 90.0),
     ],
 )
 def test_bad_settings_name_key_value_and_remedy(make, key, value):

@@ -1,12 +1,55 @@
-"""Kernels of lines: selection of clusters that are lines, and assignment of points."""
+"""Lines of T-linkage's clusters, for the variants `lines` and `paper`: which clusters are lines, and their points."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.detection.kernels.linkage import MINIMAL_SAMPLE
+
+MINIMAL_SAMPLE = 2
+"""Points that define a line."""
+LENGTH_MIN_M = 0.5
+"""Minimum length of a further line [m]: a motorcycle is 0.7 wide, a mirror 0.25."""
+TURN_MIN = math.sin(math.radians(20.0))
+"""Sine of the minimum angle between a further line and each larger one."""
+
+
+class LineLimits(NamedTuple):
+    """Conditions for points to form a line."""
+
+    tau: float
+    """Inlier threshold [m]."""
+    length_min: float = LENGTH_MIN_M
+    turn_min: float = TURN_MIN
+
+
+@kernel()
+def label_lines(
+    points: Floats, offset: Ints, sample: Floats, first: Ints, cluster: Ints, limits: LineLimits, paper: bool
+) -> tuple[Ints, Floats]:
+    """Return the line (N,) of each point, 0 for the dominant one, -1 for outliers, and dominant headings (S,) [rad].
+
+    Parameters
+    ----------
+    points, offset
+        (N, 2) grouped by segment [m]; (S + 1,) first point of each segment, and N.
+    sample, first, cluster
+        (K, 2) those that were linked, by segment; first one of each segment (S + 1,); cluster of each (K,).
+    paper
+        True for the clusters before the largest jump in size, False for those unlikely to arise by chance.
+    """
+    label, heading = np.empty(len(points), np.int64), np.empty(len(offset) - 1)
+    for s in range(len(heading)):
+        own, drawn = points[offset[s] : offset[s + 1]], sample[first[s] : first[s + 1]]
+        names = cluster[first[s] : first[s + 1]]
+        found = largest_clusters(drawn, names) if paper else find_lines(own, drawn, names, limits)
+        member = settle(own, found, limits.tau)
+        dominant = fit_line(own, member, 0)
+        heading[s] = math.atan2(-dominant[0], dominant[1])
+        label[offset[s] : offset[s + 1]] = member
+    return label, heading
 
 
 @kernel(error_model="numpy")
@@ -70,8 +113,9 @@ def extent(points: Floats, line: Floats, member: Ints) -> tuple[float, float]:
 
 
 @kernel()
-def find_lines(points: Floats, sample: Floats, cluster: Ints, tau: float, length_min: float, turn_min: float) -> Floats:
+def find_lines(points: Floats, sample: Floats, cluster: Ints, limits: LineLimits) -> Floats:
     """Lines (L, 3), L >= 1, of the clusters of `sample` that are not outliers: the largest, and every further side."""
+    tau, length_min, turn_min = limits
     size = np.bincount(cluster, minlength=len(sample))
     lines, taken, share = np.empty((0, 3)), np.zeros(len(points), np.int64), 1.0
     for name in np.argsort(-size, kind="mergesort"):
