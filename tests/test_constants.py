@@ -24,7 +24,7 @@ from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.tracking.existence import MemoryConfig, existence
 from luxloop.tracker.tracking.filters import FilterConfig
 from luxloop.tracker.tracking.mma import MmaConfig
-from luxloop.tracker.tracking.vehicle_sizes import SIZE_CLASSES
+from luxloop.tracker.tracking.vehicle_classes import SIZE_CLASSES
 
 UNIT = load_rig("srx_six_lux", Path()).mounts[0].model
 MODES, FILTERS, LINKAGE = ModeLimits(), FilterConfig(), LinkageConfig()

@@ -12,12 +12,10 @@ from luxloop.tracker.detection.small_boxes import small_boxes
 from luxloop.tracker.records import NO_TRACK, Detection, Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracking import joint_correction, joint_prediction, memory, track_arrays
-from luxloop.tracker.tracking.association import AssociationConfig
-from luxloop.tracker.tracking.associator import Associator, HungarianAssociator
+from luxloop.tracker.tracking.association import AssociationConfig, Associator, HungarianAssociator
 from luxloop.tracker.tracking.confirmation import TrackLifeConfig
 from luxloop.tracker.tracking.corner_error import CornerConfig
 from luxloop.tracker.tracking.existence import MemoryConfig
-from luxloop.tracker.tracking.extent import ExtentConfig
 from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
 from luxloop.tracker.tracking.mma import MmaConfig
@@ -25,12 +23,13 @@ from luxloop.tracker.tracking.model_selection import BankSelection, ModelSelecti
 from luxloop.tracker.tracking.observations import observe
 from luxloop.tracker.tracking.orientation import OrientationConfig
 from luxloop.tracker.tracking.output import report
-from luxloop.tracker.tracking.small.small_config import SmallConfig
-from luxloop.tracker.tracking.small.small_objects import SmallObjects
+from luxloop.tracker.tracking.small_objects import SmallObjects
+from luxloop.tracker.tracking.small_tracks import SmallConfig
 from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 from luxloop.tracker.tracking.track_observation import track_observation
+from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.oracle.oracle_context import OracleContext
 from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking.associator import PairScore
+from luxloop.tracker.tracking.association import PairScore
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.observations import Observations

@@ -3,8 +3,7 @@
 import numpy as np
 
 from luxloop.tracker.geometry import QUARTER, mahalanobis, rotate
-from luxloop.tracker.tracking.hypotheses import Hypotheses
-from luxloop.tracker.tracking.kernels.hypotheses import AMBIGUOUS_VARIANCE_M2, CAR_LENGTH_SPREAD_M
+from luxloop.tracker.tracking.hypotheses import AMBIGUOUS_VARIANCE_M2, CAR_LENGTH_SPREAD_M, Hypotheses
 from luxloop.tracker.tracking.observations import uncut
 
 

@@ -7,7 +7,6 @@ from luxloop.tracker.tracking import orientation
 from luxloop.tracker.tracking.confirmation import TrackLifeConfig
 from luxloop.tracker.tracking.corner_error import CornerConfig
 from luxloop.tracker.tracking.existence import MemoryConfig
-from luxloop.tracker.tracking.extent import ExtentConfig
 from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
 from luxloop.tracker.tracking.mma import MmaConfig
@@ -19,6 +18,7 @@ from luxloop.tracker.tracking.track_arrays import predictions
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_observation import first_observation, track_observation
 from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 DT = 0.08
 CAR = np.array([4.7, 1.8])

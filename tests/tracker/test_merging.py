@@ -5,7 +5,7 @@ import pytest
 
 from luxloop.tracker.merging import MergeConfig, Pieces, hull, may_be_one, merge_segments, one_vehicle
 from luxloop.tracker.records import Segments
-from luxloop.tracker.tracking.footprint import Footprint
+from luxloop.tracker.tracking.confirmation import Footprint
 
 CONFIG = MergeConfig()
 

@@ -6,10 +6,9 @@ from support import naive_boxes
 
 from luxloop.tracker.geometry import inside
 from luxloop.tracker.kernels import boxes
-from luxloop.tracker.kernels.free_space import turned_returns
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.merging import MergeConfig, Pieces, fits, gap, hull, may_be_one
-from luxloop.tracker.seen_through import seen_through
+from luxloop.tracker.seen_through import seen_through, turned_returns
 
 
 def random_pieces(rng, count=12):

@@ -5,10 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from luxloop.tracker.arrays import Floats
-from luxloop.tracker.kernels.free_space import turned_returns
 from luxloop.tracker.records import Status
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.seen_through import seen_through
+from luxloop.tracker.seen_through import seen_through, turned_returns
 from luxloop.tracker.tracking.existence import MemoryConfig, existence
 from luxloop.tracker.tracking.kernels import places as kernel
 from luxloop.tracker.tracking.track import Track

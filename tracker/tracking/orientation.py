@@ -9,8 +9,8 @@ import numpy as np
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.geometry import QUARTER, wrap
-from luxloop.tracker.tracking.kernels.side_lengths import length_log_odds
 from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.tracking.vehicle_classes import length_log_odds
 
 
 @dataclass(frozen=True, slots=True)

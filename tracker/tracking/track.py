@@ -7,16 +7,14 @@ import numpy as np
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.geometry import rotate_one
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking import extent, orientation
-from luxloop.tracker.tracking.confirmation import Confirmation
+from luxloop.tracker.tracking import orientation, vehicle_size
+from luxloop.tracker.tracking.confirmation import Confirmation, Footprint
 from luxloop.tracker.tracking.corner_estimator import CornerEstimator
 from luxloop.tracker.tracking.existence import existence, same_vehicle
 from luxloop.tracker.tracking.filter_bank import FilterBank
 from luxloop.tracker.tracking.filters import Motion
-from luxloop.tracker.tracking.footprint import Footprint
-from luxloop.tracker.tracking.heading_estimator import HeadingEstimator
+from luxloop.tracker.tracking.heading import HeadingEstimator
 from luxloop.tracker.tracking.orientation import Course
-from luxloop.tracker.tracking.size_estimator import SizeEstimator
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_observation import TrackObservation
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
@@ -28,6 +26,7 @@ from luxloop.tracker.tracking.turning import (
     with_turn,
     with_turning_acceleration,
 )
+from luxloop.tracker.tracking.vehicle_size import SizeEstimator
 
 
 class Track:
@@ -145,7 +144,7 @@ class Track:
     @property
     def long(self) -> bool:
         """True if the vehicle is longer than a car."""
-        return extent.long(self.seen_size, self._config.extent)
+        return vehicle_size.long(self.seen_size, self._config.extent)
 
     @property
     def footprint(self) -> Footprint:
@@ -243,7 +242,7 @@ class Track:
             self.status = Status.CONFIRMED
         elif self._confirmation.refutes:
             self.status = Status.TENTATIVE
-        if extent.too_large(self.seen_size, self._config.extent):
+        if vehicle_size.too_large(self.seen_size, self._config.extent):
             self.status = Status.DEAD
 
     def _wait(self, missed_s: float) -> None:

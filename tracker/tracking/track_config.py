@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from luxloop.tracker.tracking.confirmation import TrackLifeConfig
 from luxloop.tracker.tracking.corner_error import CornerConfig
 from luxloop.tracker.tracking.existence import MemoryConfig
-from luxloop.tracker.tracking.extent import ExtentConfig
 from luxloop.tracker.tracking.filters import FilterConfig
 from luxloop.tracker.tracking.orientation import OrientationConfig
+from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 
 @dataclass(frozen=True, slots=True)

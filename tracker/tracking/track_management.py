@@ -7,19 +7,18 @@ import numpy as np
 
 from luxloop.tracker.arrays import Bools, Ints
 from luxloop.tracker.geometry import inside
-from luxloop.tracker.merging import MergeConfig, fits, hull, may_be_one, one_vehicle
+from luxloop.tracker.merging import MergeConfig, RigidPairs, fits, hull, may_be_one, one_vehicle
 from luxloop.tracker.records import NO_TRACK, Status
 from luxloop.tracker.tracking import orientation, track_arrays
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.rigid_pairs import RigidPairs
-from luxloop.tracker.tracking.size_estimator import SizeEstimator
 from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_arrays import likely_sizes, pieces, seen_sizes, tracked_corners, within
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_observation import first_observation
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
+from luxloop.tracker.tracking.vehicle_size import SizeEstimator
 
 
 class TrackManagement(Protocol):

@@ -7,10 +7,9 @@ import pytest
 from support.one_track import DT, LIFE, flow_of, follow, start, straight
 
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking.confirmation import Confirmation, TrackLifeConfig
-from luxloop.tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
-from luxloop.tracker.tracking.kernels.side_lengths import vehicle_log_odds
+from luxloop.tracker.tracking.confirmation import LEFT_MARGIN_M, Confirmation, Footprint, TrackLifeConfig
 from luxloop.tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.tracking.vehicle_classes import vehicle_log_odds
 
 WHOLE, ORIGIN = (True, True), np.zeros(2)
 FLAT = 0.03

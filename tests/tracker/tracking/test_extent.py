@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.tracking.extent import ExtentConfig, known, long, too_large
-from luxloop.tracker.tracking.kernels.seen_extents import remember
+from luxloop.tracker.tracking.vehicle_size import ExtentConfig, known, long, remember, too_large
 
 CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)

@@ -10,13 +10,13 @@ from luxloop.tracker.tracking import orientation
 from luxloop.tracker.tracking.confirmation import TrackLifeConfig
 from luxloop.tracker.tracking.corner_error import CornerConfig
 from luxloop.tracker.tracking.existence import MemoryConfig
-from luxloop.tracker.tracking.extent import ExtentConfig
 from luxloop.tracker.tracking.filters import FilterConfig
-from luxloop.tracker.tracking.heading_estimator import HeadingEstimator
+from luxloop.tracker.tracking.heading import HeadingEstimator
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig
 from luxloop.tracker.tracking.orientation import Course, OrientationConfig
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_observation import first_observation
+from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 CAR = np.array([4.6, 1.8])
 ORIGIN, WHOLE = np.zeros(2), np.ones(2, dtype=np.bool_)

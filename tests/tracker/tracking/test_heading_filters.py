@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from luxloop.tracker.tracking.filters import FilterConfig, motion
-from luxloop.tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading, TurnFilter, near, yaw_rate_std
+from luxloop.tracker.tracking.heading import AdaptiveHeading, PaperHeading, TurnFilter, near, yaw_rate_std
 
 CONFIG = FilterConfig()
 STD = 0.02

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.merging import MergeConfig, Pieces
-from luxloop.tracker.tracking.rigid_pairs import RigidPairs
+from luxloop.tracker.merging import MergeConfig, Pieces, RigidPairs
 
 CONFIG = MergeConfig()
 DT_S = 0.08

@@ -5,8 +5,8 @@ import pytest
 
 from luxloop.tracker.records import MODELS, SmallBoxes, Status
 from luxloop.tracker.tracking.output import report
-from luxloop.tracker.tracking.small.small_config import SmallConfig
-from luxloop.tracker.tracking.small.small_objects import FIRST_ID, SmallObjects
+from luxloop.tracker.tracking.small_objects import FIRST_ID, SmallObjects
+from luxloop.tracker.tracking.small_tracks import SmallConfig
 
 DT = 0.08
 NOISE_M = 0.05
