@@ -8,6 +8,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from luxloop.scenarios.files.schema_lookup import Json, Key, choices, known_keys, value_at
+from luxloop.tracker import renamed_settings
 
 UNKNOWN_KEY = {"extra_forbidden", "unexpected_keyword_argument"}
 MISSING = {"missing", "union_tag_not_found"}
@@ -52,7 +53,10 @@ def _explain(errors: list[ErrorDetails], document: Json, schema: Json) -> str:
     if kind in MISSING:
         return f"{_dotted(key)} is missing; add it{choices(key, document, schema)}"
     if kind in UNKNOWN_KEY:
-        return f"{_dotted(key)} = {_short(first['input'])}: unknown key; {known_keys(key, document, schema)}"
+        given = f"{_dotted(key)} = {_short(first['input'])}"
+        if remedy := renamed_settings.remedy(_dotted(key)):
+            return f"{given}: {remedy}"
+        return f"{given}: unknown key; {known_keys(key, document, schema)}"
     if kind == "union_tag_invalid":
         remedy = f"should be one of {first['ctx']['expected_tags']}"
     elif kind == "literal_error":  # each alternative of a union expects another value

@@ -56,7 +56,7 @@ class OracleTracker:
         score = score or LikelihoodScore(config.association)
         models = models or BankSelection(config.filters, config.mma)
         management: TrackManagement
-        management = shipped = confirmation(config.union, config.reading, track_config(config), replaced, context)
+        management = shipped = confirmation(config.union, track_config(config), replaced, context)
         if Stage.ASSOCIATION in replaced:
             score, management = OracleScore(score, context), OracleTrackManagement(shipped, context)
         if Stage.MODEL in replaced:

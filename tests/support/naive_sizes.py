@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.tracking.vehicle_classes import (
+from luxloop.tracker.vehicle_classes import (
     BACKGROUND_LENGTH_M,
     CAR_LENGTH_MAX_M,
     CLASSES,

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -12,10 +12,19 @@ from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking.births import BirthConfig, nearby, second_views
+from luxloop.tracker.tracking.births import nearby, second_views
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.observations import Observations
 from luxloop.tracker.tracking.track import Track
+
+GATE_PROBABILITY_MIN = 0.1
+"""A model below this probability opens no gate: the widest gate of the bank would admit every box."""
+
+HEADING_STD_RAD = 0.1
+"""Heading error beyond the fit's covariance, from rounded corners that are fitted as sides [rad]."""
+
+GROWTH_STD_M = 1.0
+"""Standard deviation of the growth of a vehicle's estimated size [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,25 +32,21 @@ class AssociationConfig:
     """Data association."""
 
     method: Literal["hungarian", "greedy"] = "hungarian"
-    """`hungarian`: least total cost (4). `greedy`: the cheapest pair, then the cheapest of the remaining ones."""
+    """`hungarian`: least total cost (4). `greedy`: the cheapest pair, then the cheapest of the remaining ones,
+    for comparison."""
     gate_chi2: float = 13.8
-    """Gate (5) on the squared Mahalanobis distance of the corner; 99.9 % of a chi-square with 2 degrees."""
-    gate_probability_min: float = 0.1
-    """A model below this probability opens no gate: the widest gate of the bank would admit every box."""
+    """Gate (5) on the squared Mahalanobis distance of the corner; 99.9 % of a chi-square with 2 degrees.
+    Increase it for motion that the models do not describe."""
     view_std_m: float = 0.2
-    """Standard deviation of the end of a vehicle between views, as from bumper to hood [m]; filters omit it."""
-    heading_std_rad: float = 0.1
-    """Heading error beyond the fit's covariance, from rounded corners that are fitted as sides [rad]."""
-    growth_std_m: float = 1.0
-    """Standard deviation of the growth of a vehicle's estimated size [m]."""
-    birth: BirthConfig = field(default_factory=BirthConfig)
-    """Second observation of a new track."""
-    oddity_max: float = 9.0
-    """Limit of the heading cost and of the size cost, three standard deviations: the position of a bad fit is valid."""
+    """Standard deviation of the end of a vehicle between views, as from bumper to hood [m]; filters omit it.
+    0 for the gate of the paper."""
+    shape_cost_max: float = 9.0
+    """Cap on the heading and size terms of the cost (3 sigma squared), so that a bad shape cannot veto a good position.
+    0 for a cost and a gate of the position only, as in the paper."""
 
     def __post_init__(self) -> None:
-        require_within(self, 1e-6, 1e6, "gate_chi2", "heading_std_rad", "growth_std_m")
-        require_within(self, 0.0, 1e3, "gate_probability_min", "view_std_m", "oddity_max")
+        require_within(self, 1e-6, 1e6, "gate_chi2")
+        require_within(self, 0.0, 1e3, "view_std_m", "shape_cost_max")
 
 
 def score(
@@ -59,17 +64,17 @@ def score(
     seen from end to end excludes boxes that are much larger. That of a `coasting` (T,) track, which has not been seen
     for a while, also excludes boxes that are rotated: another object may be at its place.
     """
-    reach = hypotheses.reach if config.oddity_max and hypotheses.reach is not None else hypotheses.misfit
+    reach = hypotheses.reach if config.shape_cost_max and hypotheses.reach is not None else hypotheses.misfit
     coasting = np.zeros(len(tracks.heading), dtype=np.bool_) if coasting is None else coasting
-    variances = config.view_std_m**2, config.heading_std_rad**2
+    variances = config.view_std_m**2, HEADING_STD_RAD**2
     cost, admissible = score_pairs(
         (hypotheses.misfit, reach),
         (tracks.covariance, hypotheses.covariance),
         tracks.probability,
         (tracks.heading, tracks.heading_variance, tracks.size, tracks.whole, coasting),
         (hypotheses.heading, hypotheses.size, seen.covariance),
-        (*variances, config.growth_std_m),
-        Limits(config.gate_probability_min, config.gate_chi2, config.oddity_max),
+        (*variances, GROWTH_STD_M),
+        Limits(GATE_PROBABILITY_MIN, config.gate_chi2, config.shape_cost_max),
     )
     return cost, admissible
 
@@ -106,7 +111,7 @@ class Limits(NamedTuple):
     """A model below this probability opens no gate."""
     gate_chi2: float
     """Gate on squared distances."""
-    oddity_max: float
+    shape_cost_max: float
     """Limit of the cost of heading and of size; 0 for a gate of the corner only."""
 
 
@@ -191,10 +196,10 @@ def score_pairs(
             longer = max(size[t, b, 0] - own_size[t, 0], 0.0) / noise[2]
             wider = max(size[t, b, 1] - own_size[t, 1], 0.0) / noise[2]
             along, across = longer * longer, wider * wider
-            differs = min(turn, limits.oddity_max) + min(along + across, limits.oddity_max)
+            differs = min(turn, limits.shape_cost_max) + min(along + across, limits.shape_cost_max)
             cost[t, b] = differs - 2.0 * log_likelihood
             admissible[t, b] = nearest < limits.gate_chi2
-            if limits.oddity_max > 0.0:
+            if limits.shape_cost_max > 0.0:
                 too_large = along * whole[t, 0] + across * whole[t, 1] >= limits.gate_chi2
                 rotated = coasting[t] and turn >= limits.gate_chi2
                 admissible[t, b] &= not too_large and not rotated
@@ -262,10 +267,8 @@ class LikelihoodScore:
         if new.any():
             age = np.array([track.unseen_s for track in tracks])
             sizes = np.array([track.seen_size for track in tracks])
-            second = second_views(predictions, hypotheses, seen, age, sizes, self._config.birth)
-            admissible = np.where(
-                new[:, None], second | admissible & nearby(hypotheses, self._config.birth), admissible
-            )
+            second = second_views(predictions, hypotheses, seen, age, sizes)
+            admissible = np.where(new[:, None], second | admissible & nearby(hypotheses), admissible)
         return cost, admissible
 
 

@@ -8,10 +8,45 @@ from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.geometry import QUARTER, wrap
 from luxloop.tracker.tracking import orientation
 from luxloop.tracker.tracking.confirmation import correlated_sum
-from luxloop.tracker.tracking.filters import FilterConfig, Motion, heading_filter
+from luxloop.tracker.tracking.filters import INITIAL_YAW_RATE_STD_RADPS, Motion, heading_filter
 from luxloop.tracker.tracking.orientation import Course
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_observation import TrackObservation
+
+YAW_RATE_TIME_S = 1.0
+"""Correlation time of the yaw rate [s]: half of a turn at a crossing."""
+
+CURVATURE_STD_PER_M = 0.1
+"""Standard deviation of the curvature [1/m]: cars turn on 5 m at least, two standard deviations."""
+
+LATERAL_ACCELERATION_STD_MPS2 = 4.0
+"""Standard deviation of the lateral acceleration [m/s^2]: the grip of dry roads, 8, is two of them."""
+
+HEADING_DRIFT_DENSITY_RAD2PS = 1e-4
+"""The visible outline of a body, and with it the fit, turns by about half a degree in a second
+[rad^2/s]."""
+
+COURSE_TIME_S = 0.5
+"""Time for which the error of the direction of motion lasts, the memory of the velocity filter [s]."""
+
+SLIP_STD_RAD = 0.02
+"""Standard deviation of the angle between heading and motion of the rear axle, by side slip [rad]."""
+
+HEADING_OUTLIER_SHARE = 0.05
+"""Share of headings that are outliers, as arcs fitted as sides: 2 of 55 recorded vehicles."""
+
+HEADING_RESTART_S = 0.5
+"""Time for which headings must agree with one another, and not with the track, to replace its
+heading [s]."""
+
+HEADING_GATE_SIGMA = 4.0
+"""`PaperHeading`: gate on the heading innovation, in standard deviations."""
+
+HEADING_REJECTIONS_MAX = 8
+"""`PaperHeading`: number of rejected headings in a row after which the next one is accepted."""
+
+VIEW_CORRELATION = 0.3
+"""Correlation of successive views of a stationary vehicle: many equal views have the evidence of three."""
 
 STILL_MPS = 1e-3
 """Smallest speed that limits a yaw rate [m/s]."""
@@ -24,17 +59,10 @@ class PaperHeading:
     ----------
     heading, variance
         First measurement [rad], [rad^2].
-    gate_sigma
-        Gate on the innovation, in standard deviations.
-    rejections_max
-        Number of rejections in a row after which the next measurement is accepted.
     """
 
-    def __init__(
-        self, heading: float, variance: float, config: FilterConfig, gate_sigma: float, rejections_max: int
-    ) -> None:
-        self._filter = heading_filter(heading, variance, config)
-        self._gate, self._rejections_max = gate_sigma, rejections_max
+    def __init__(self, heading: float, variance: float) -> None:
+        self._filter = heading_filter(heading, variance)
         self._rejections = 0
 
     @property
@@ -68,9 +96,9 @@ class PaperHeading:
         """Update by a measured heading [rad] with a variance [rad^2], unless the gate rejects it."""
         residual = heading - float(self._filter.mean[0, 0])
         innovation_std = np.sqrt(self._filter.covariance[0, 0, 0] + variance)
-        if abs(residual) > self._gate * innovation_std:
+        if abs(residual) > HEADING_GATE_SIGMA * innovation_std:
             self._rejections += 1
-            if self._rejections <= self._rejections_max:
+            if self._rejections <= HEADING_REJECTIONS_MAX:
                 return
             self._filter.mean[0] = heading, 0.0
             residual = 0.0
@@ -96,30 +124,29 @@ class TurnFilter:
     the covariance grows with each measurement in doubt.
     """
 
-    def __init__(self, heading: float, variance: float, yaw_rate: float, config: FilterConfig) -> None:
-        self._config = config
+    def __init__(self, heading: float, variance: float, yaw_rate: float) -> None:
         self.heading, self.yaw_rate = heading, yaw_rate
-        self.variance = (variance, 0.0, config.initial_yaw_rate_std_radps**2)
+        self.variance = (variance, 0.0, INITIAL_YAW_RATE_STD_RADPS**2)
         """Of the heading, of both, and of the yaw rate."""
 
     def predict(self, dt: float, speed_mps: float) -> None:
         """Move on by `dt` [s] at a speed [m/s]."""
-        config, (p, c, r) = self._config, self.variance
-        tau, std = config.yaw_rate_time_s, yaw_rate_std(speed_mps, config)
+        p, c, r = self.variance
+        tau, std = YAW_RATE_TIME_S, yaw_rate_std(speed_mps)
         keeps = math.exp(-dt / tau)
         gained = tau * (1.0 - keeps)
         across = max(2.0 * dt / tau - 3.0 + 4.0 * keeps - keeps**2, 0.0) * (std * tau) ** 2
         self.heading += gained * self.yaw_rate
         self.yaw_rate *= keeps
         self.variance = (
-            p + 2.0 * gained * c + gained**2 * r + across + config.heading_drift_density_rad2ps * dt,
+            p + 2.0 * gained * c + gained**2 * r + across + HEADING_DRIFT_DENSITY_RAD2PS * dt,
             keeps * (c + gained * r) + std**2 * tau * (1.0 - keeps) ** 2,
             keeps**2 * r + std**2 * (1.0 - keeps**2),
         )
 
     def observe(self, heading: float, variance: float) -> float:
         """Update by a measured heading [rad] with a variance [rad^2]; return the probability that it is an outlier."""
-        (p, c, r), residual, share = self.variance, heading - self.heading, self._config.heading_outlier_share
+        (p, c, r), residual, share = self.variance, heading - self.heading, HEADING_OUTLIER_SHARE
         innovation = p + variance
         density = math.exp(-0.5 * residual**2 / innovation) / math.sqrt(2.0 * math.pi * innovation)
         outlier = share / QUARTER / (share / QUARTER + (1.0 - share) * density)
@@ -135,12 +162,11 @@ class AdaptiveHeading:
     """Turn filter, and a second one that takes over if it explains the measurements that the first cannot.
 
     The second filter starts at a measurement that is likely an outlier, and is discarded when the first one explains a
-    measurement again. After `heading_restart_s` it replaces the first, with its yaw rate and its covariance.
+    measurement again. After `HEADING_RESTART_S` it replaces the first, with its yaw rate and its covariance.
     """
 
-    def __init__(self, heading: float, variance: float, config: FilterConfig) -> None:
-        self._config = config
-        self._filter = TurnFilter(heading, variance, 0.0, config)
+    def __init__(self, heading: float, variance: float) -> None:
+        self._filter = TurnFilter(heading, variance, 0.0)
         self._second: TurnFilter | None = None
         self._second_s = 0.0
         self._dt = 0.0
@@ -183,20 +209,20 @@ class AdaptiveHeading:
         if self._filter.observe(heading, variance) <= 0.5:
             self._second = None
         elif self._second is None or self._second.observe(near(heading, self._second.heading), variance) > 0.5:
-            self._second, self._second_s = TurnFilter(heading, variance, yaw_rate, self._config), 0.0
-        elif self._second_s >= self._config.heading_restart_s:
+            self._second, self._second_s = TurnFilter(heading, variance, yaw_rate), 0.0
+        elif self._second_s >= HEADING_RESTART_S:
             self._filter, self._second = self._second, None
 
     def support(self, course: float, variance: float) -> None:
         """Update by the direction of motion [rad] with a variance [rad^2].
 
-        It is a mean over the memory of the velocity filter, so that its error lasts for `course_time_s`, and it lags in
+        It is a mean over the memory of the velocity filter, so that its error lasts for `COURSE_TIME_S`, and it lags in
         a turn. The variance is that of an independent direction in each scan with the same information.
         """
-        config, heading = self._config, self._filter.heading
-        lag = config.course_time_s * self._filter.yaw_rate
-        repeated = config.course_time_s / self._dt if self._dt else 1.0
-        total = variance + lag**2 + config.slip_std_rad**2
+        heading = self._filter.heading
+        lag = COURSE_TIME_S * self._filter.yaw_rate
+        repeated = COURSE_TIME_S / self._dt if self._dt else 1.0
+        total = variance + lag**2 + SLIP_STD_RAD**2
         self._filter.observe(near(course, heading), total * max(repeated, 1.0))
 
     def turn(self, angle: float) -> None:
@@ -210,10 +236,10 @@ def near(heading: float, other: float) -> float:
     return heading + QUARTER * round((other - heading) / QUARTER)
 
 
-def yaw_rate_std(speed_mps: float, config: FilterConfig) -> float:
+def yaw_rate_std(speed_mps: float) -> float:
     """Standard deviation of the yaw rate of a vehicle at a speed [rad/s]: by the curvature or by the grip."""
-    by_grip = config.lateral_acceleration_std_mps2 / max(speed_mps, STILL_MPS)
-    return min(config.curvature_std_per_m * speed_mps, by_grip)
+    by_grip = LATERAL_ACCELERATION_STD_MPS2 / max(speed_mps, STILL_MPS)
+    return min(CURVATURE_STD_PER_M * speed_mps, by_grip)
 
 
 class HeadingEstimator:
@@ -228,7 +254,6 @@ class HeadingEstimator:
     """
 
     def __init__(self, first: TrackObservation, position: Floats, config: TrackConfig) -> None:
-        self._config = config
         self._filter = new_filter(first, config)
         self.oriented = False
         """True once the direction of motion has confirmed the heading."""
@@ -268,11 +293,11 @@ class HeadingEstimator:
     @property
     def length_log_odds(self) -> float:
         """Log-odds by shape that the length of the vehicle is along the heading."""
-        return correlated_sum(self._shape_sum, self._views, self._config.orientation.view_correlation)
+        return correlated_sum(self._shape_sum, self._views, VIEW_CORRELATION)
 
     def observe_sides(self, size: Floats, whole: Bools) -> None:
         """Count a view of extents (2,) along and across the heading [m], `whole` (2,) if truncated at neither end."""
-        self._shape_sum += orientation.shape_log_odds(size, whole, self._config.orientation)
+        self._shape_sum += orientation.shape_log_odds(size, whole)
         self._views += 1
 
     def turns_to_front(self, course: Course | None, position: Floats, seen_size: Floats) -> int:
@@ -311,7 +336,7 @@ class HeadingEstimator:
             self._filter.support(course.direction, course.variance)
             return 0
         travelled = abs(complex(*(position - self._contradicted_from).tolist()))
-        if travelled > orientation.way_needed(quarters, seen_size, self._config.orientation):
+        if travelled > orientation.way_needed(quarters, seen_size):
             self.oriented = True
             return quarters
         return 0
@@ -319,7 +344,7 @@ class HeadingEstimator:
 
 def new_filter(first: TrackObservation, config: TrackConfig) -> PaperHeading | AdaptiveHeading:
     """Return the filter of `FilterConfig.heading`, at the first observation."""
-    life, measured = config.life, (first.heading, first.heading_variance, config.filters)
+    measured = first.heading, first.heading_variance
     if config.filters.heading == "paper":
-        return PaperHeading(*measured, life.heading_gate_sigma, life.heading_rejections_max)
+        return PaperHeading(*measured)
     return AdaptiveHeading(*measured)

@@ -11,6 +11,10 @@ from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.tracking.observations import Observations, uncut
+from luxloop.tracker.vehicle_classes import FACE_MIN_M
+
+COMPLETE_FRACTION = 0.85
+"""A side is complete if this share of it is visible; rounded corners hide the rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,16 +22,14 @@ class HypothesisConfig:
     """Interpretation of a box as a view of a vehicle."""
 
     corner_margin_m: float = 0.5
-    """Hysteresis of the tracked corner: another corner must be nearer to the ego by this much [m]."""
-    face_min_m: float = 0.6
-    """A face that is visible over this width shows the end of the vehicle on its side [m]."""
-    whole_share: float = 0.85
-    """A side is complete if this share of it is visible; rounded corners hide the rest."""
+    """Hysteresis of the tracked corner: another corner must be nearer to the ego by this much [m].
+    Increase it if tracks change their corner too often."""
     end_std_m: float = 0.15
-    """Standard deviation of an end whose face is not visible [m]: beam spacing, rounding, occlusion boundary."""
+    """Standard deviation of an end whose face is not visible [m]: beam spacing, rounding,
+    occlusion boundary. Increase it for a sensor with wider beam spacing."""
 
     def __post_init__(self) -> None:
-        require_within(self, 0.0, 1e3, "corner_margin_m", "face_min_m", "whole_share", "end_std_m")
+        require_within(self, 0.0, 1e3, "corner_margin_m", "end_std_m")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,7 +113,7 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
         (tracks.size, tracks.known_size, tracks.corner_sign),
         (seen.center, seen.time_offset, seen.sensor),
         (heading, size, near, cut),
-        (config.corner_margin_m, config.face_min_m, config.whole_share, config.end_std_m),
+        (config.corner_margin_m, config.end_std_m),
     )
     return Hypotheses(
         heading=heading,
@@ -126,13 +128,13 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
     )
 
 
-def shows_end(size: Floats, near: Ints, cut: Bools, whole: Floats, config: HypothesisConfig) -> Bools:
+def shows_end(size: Floats, near: Ints, cut: Bools, whole: Floats) -> Bools:
     """(2,) mask of axes on which the near end of a box of size (2,) with cut ends (4,) is the end of the vehicle.
 
     Its near signs are (2,), and the assumed sides of the vehicle (2,) [m].
     """
     view = size, near, cut, whole
-    return np.array([end_is_visible(*view, axis, config.face_min_m, config.whole_share) for axis in (0, 1)])
+    return np.array([end_is_visible(*view, axis) for axis in (0, 1)])
 
 
 CAR_LENGTH_SPREAD_M = 1.5
@@ -171,19 +173,17 @@ def turned_views(
 
 
 @kernel()
-def end_is_visible(
-    size: Floats, near: Ints, cut: Bools, whole: Floats, axis: int, face_min_m: float, whole_share: float
-) -> bool:
+def end_is_visible(size: Floats, near: Ints, cut: Bools, whole: Floats, axis: int) -> bool:
     """Return True if the near end of a box on an axis is the end of the vehicle.
 
     It is if the face there is visible. Without a face, it is if the box is not truncated there, and its side is either
     about as long as the `whole` (2,) side [m], or truncated at the other end, which explains the difference.
     """
-    if size[1 - axis] >= face_min_m:
+    if size[1 - axis] >= FACE_MIN_M:
         return True
     high, low = cut[axis], cut[axis + 2]
     near_cut, far_cut = (high, low) if near[axis] > 0 else (low, high)
-    return not near_cut and (size[axis] >= whole_share * whole[axis] or far_cut)
+    return not near_cut and (size[axis] >= COMPLETE_FRACTION * whole[axis] or far_cut)
 
 
 @kernel()
@@ -281,7 +281,7 @@ def ends(
     box: tuple[Floats, Ints, Bools],
     place: complex,
     sensor: complex,
-    settings: tuple[float, float, float, float],
+    settings: tuple[float, float],
     exact: Bools,
     corner: Ints,
 ) -> None:
@@ -290,13 +290,13 @@ def ends(
     The track has a size, a known size and tracked signs, each (2,), and the box a size (2,), near signs (2,) and cut
     ends (4,). The track does not change to an end that is not visible now and was never visible.
     """
-    (whole, known, tracked), (size, near, cut), (margin_m, face_min_m, whole_share, _) = track, box, settings
+    (whole, known, tracked), (size, near, cut), (margin_m, _) = track, box, settings
     from_center = (place - center) * heading.conjugate()
     moves = moves_corner(center, heading, tracked, near, whole, sensor, margin_m)
     for axis in range(2):
         offset = from_center.imag if axis else from_center.real
         uncertain = known[axis] < whole[axis] - margin_m
-        exact[axis] = end_is_visible(size, near, cut, whole, axis, face_min_m, whole_share)
+        exact[axis] = end_is_visible(size, near, cut, whole, axis)
         if uncertain and contradicts_size(offset, size[axis], near[axis], tracked[axis], whole[axis]):
             exact[axis] = False
         corner[axis] = near[axis] if moves and (exact[axis] or not uncertain) else tracked[axis]
@@ -309,7 +309,7 @@ def interpret_pairs(
     tracks: tuple[Floats, Floats, Ints],
     boxes: tuple[Floats, Floats, Floats],
     views: tuple[Floats, Floats, Ints, Bools],
-    settings: tuple[float, float, float, float],
+    settings: tuple[float, float],
 ) -> tuple[Bools, Ints, Floats, Floats, Floats, Floats]:
     """Return exact axes, next corners, misfits, reaches, covariances of faceless ends and ambiguities of all pairs.
 
@@ -351,9 +351,9 @@ def interpret_pairs(
                 offset *= along.conjugate()
                 free = set_misfits(misfit[t, b, m], reach[t, b, m], offset, half, along, seen, track)
                 free_along, free_across = free_along and free[0], free_across and free[1]
-            end_variance, face_min_m = settings[3] ** 2, settings[1]
+            end_variance = settings[1] ** 2
             set_covariance(
-                faceless[t, b], along, (own[1] < face_min_m) * end_variance, (own[0] < face_min_m) * end_variance
+                faceless[t, b], along, (own[1] < FACE_MIN_M) * end_variance, (own[0] < FACE_MIN_M) * end_variance
             )
             set_covariance(
                 ambiguity[t, b], along, free_along * AMBIGUOUS_VARIANCE_M2, free_across * AMBIGUOUS_VARIANCE_M2

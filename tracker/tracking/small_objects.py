@@ -11,7 +11,7 @@ from luxloop.tracker.geometry import inside, rotate
 from luxloop.tracker.records import PREDICTION_S, SmallBoxes, Status, Tracks
 from luxloop.tracker.tracking import small_tracks, track_arrays
 from luxloop.tracker.tracking.association import assign
-from luxloop.tracker.tracking.small_tracks import SmallConfig, SmallTracks
+from luxloop.tracker.tracking.small_tracks import SmallTracks
 from luxloop.tracker.tracking.track import Track
 
 FIRST_ID = 1_000_000
@@ -51,8 +51,7 @@ class SmallObjects:
     once: as their track, with the id of the small one if that was there before.
     """
 
-    def __init__(self, config: SmallConfig) -> None:
-        self._config = config
+    def __init__(self) -> None:
         self._tracks = small_tracks.empty()
         self._next_id = FIRST_ID
         self._reported_id: dict[int, int] = {}
@@ -68,23 +67,23 @@ class SmallObjects:
         """
         if not len(self._tracks) and not len(boxes):
             return
-        config, large = self._config, self._large(vehicles)
+        large = self._large(vehicles)
         living = self._tracks.status != Status.DEAD.value  # numpy compares members of an enumeration ten times slower
         tracks = self._tracks if living.all() else self._tracks.subset(living)
         if len(tracks):
-            small_tracks.predict(tracks, dt, config)
-        boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, config.vehicle_margin_m).any(axis=1)))
+            small_tracks.predict(tracks, dt)
+        boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, small_tracks.VEHICLE_MARGIN_M).any(axis=1)))
         row, box = self._pairs(tracks, boxes)
         if len(row):
-            small_tracks.update(tracks, boxes, row, box, config)
+            small_tracks.update(tracks, boxes, row, box)
         free = np.ones(len(boxes), dtype=np.bool_)
         free[box] = False
         if free.any():
-            tracks = small_tracks.join(tracks, small_tracks.start(boxes.subset(free), self._next_id, config))
+            tracks = small_tracks.join(tracks, small_tracks.start(boxes.subset(free), self._next_id))
             self._next_id += int(np.count_nonzero(free))
         self._tracks = tracks
         if len(tracks):
-            small_tracks.settle(tracks, config)
+            small_tracks.settle(tracks)
             tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
 
     def report(self, vehicles: Sequence[Track], tracks: Tracks, ego_odom: Floats) -> Tracks:
@@ -115,7 +114,7 @@ class SmallObjects:
             fresh, others = fresh[first][free], others[free]
         for one in (*tracks.id[kept & confirmed].tolist(), *shown.id[fresh].tolist()):
             self._reported_id.setdefault(one, one)
-        return appended(tracks, kept, own, small, shown.subset(fresh), others, ego_odom, self._config)
+        return appended(tracks, kept, own, small, shown.subset(fresh), others, ego_odom)
 
     def _without_doubles(self, vehicles: Sequence[Track], small: Bools, shown: SmallTracks) -> tuple[Bools, Bools]:
         """Return masks of the vehicles (T,) to report, and of the small road users (K,) that a vehicle's track follows.
@@ -127,7 +126,7 @@ class SmallObjects:
             near = self._same_object(vehicle, shown)
             if not near.any():
                 continue
-            whole = bool((vehicle.whole_views >= self._config.whole_views_min).all())
+            whole = bool((vehicle.whole_views >= small_tracks.WHOLE_VIEWS_MIN).all())
             if whole and not small[t]:  # its size is the prior: all of it was seen, and that is small
                 kept[t] = False
             else:
@@ -140,8 +139,8 @@ class SmallObjects:
         """Return the tracks (P,) and the boxes (P,) of the assigned pairs."""
         pairs: list[tuple[int, int]] = []
         if len(tracks) and len(boxes):
-            distance = small_tracks.distances(tracks, boxes, self._config)
-            pairs = assign(distance, distance <= self._config.gate)
+            distance = small_tracks.distances(tracks, boxes)
+            pairs = assign(distance, distance <= small_tracks.GATE_CHI2)
         row, box = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
         return row, box
 
@@ -150,25 +149,25 @@ class SmallObjects:
         if not (vehicle.status is Status.CONFIRMED and self.looks_small(vehicle)):
             return np.zeros(len(shown), dtype=np.bool_)
         offset = shown.mean[:, :2] - vehicle.footprint.center
-        return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) < self._config.same_m)
+        return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) < small_tracks.SAME_M)
 
     def looks_small(self, vehicle: Track) -> bool:
         """Return True for a track of the vehicle stages that was never seen larger than a bicycle."""
         length, width = vehicle.seen_size.tolist()
-        return bool(length <= self._config.longer_max_m and width <= self._config.wider_max_m)
+        return bool(length <= small_tracks.LENGTH_MAX_M and width <= small_tracks.WIDTH_MAX_M)
 
     def is_small(self, vehicle: Track) -> bool:
         """Return True for one whose estimated size is that of a bicycle, too, and not that of a hidden vehicle."""
-        return self.looks_small(vehicle) and vehicle.size.item(1) <= self._config.wider_max_m
+        return self.looks_small(vehicle) and vehicle.size.item(1) <= small_tracks.WIDTH_MAX_M
 
     def _of_vehicles(self, vehicles: LargeVehicles) -> Bools:
         """(K,) mask of the tracks in the boxes of vehicles, with a margin, or that move with a vehicle beside them."""
-        config, mean = self._config, self._tracks.mean
-        near = vehicles.cover(mean[:, :2], config.attached_m)
+        mean = self._tracks.mean
+        near = vehicles.cover(mean[:, :2], small_tracks.ATTACHED_M)
         difference = np.linalg.norm(mean[:, None, 2:] - vehicles.velocity[None], axis=2)
-        moving = np.hypot(vehicles.velocity[:, 0], vehicles.velocity[:, 1]) > config.attached_speed_mps
-        attached = near & (difference < config.attached_speed_mps) & moving
-        return np.asarray((vehicles.cover(mean[:, :2], config.vehicle_margin_m) | attached).any(axis=1))
+        moving = np.hypot(vehicles.velocity[:, 0], vehicles.velocity[:, 1]) > small_tracks.ATTACHED_SPEED_MPS
+        attached = near & (difference < small_tracks.ATTACHED_SPEED_MPS) & moving
+        return np.asarray((vehicles.cover(mean[:, :2], small_tracks.VEHICLE_MARGIN_M) | attached).any(axis=1))
 
     def _large(self, vehicles: Sequence[Track]) -> LargeVehicles:
         """Return the likely parts of those of the vehicles that are not small."""
@@ -182,7 +181,7 @@ class SmallObjects:
         if not vehicle.seen or vehicle.status is Status.DEAD:
             return False
         if vehicle.status is Status.TENTATIVE:  # its axes may be swapped
-            return bool(max(vehicle.seen_size.tolist()) > self._config.longer_max_m)
+            return bool(max(vehicle.seen_size.tolist()) > small_tracks.LENGTH_MAX_M)
         return not self.looks_small(vehicle)
 
     def _name_alike(self, vehicle: int, small: int) -> None:
@@ -227,7 +226,6 @@ def appended(
     added: SmallTracks,
     added_id: Ints,
     ego_odom: Floats,
-    config: SmallConfig,
 ) -> Tracks:
     """Return the rows `kept` (T,) of a record, renamed to `own_id` (T,), then a row for each small road user.
 
@@ -247,20 +245,20 @@ def appended(
     if not kept.all():
         own = {name: values[kept] for name, values in own.items()}
     if len(added):
-        rows = record(added, added_id, ego_odom, config, tracks.models)
+        rows = record(added, added_id, ego_odom, tracks.models)
         own = {name: np.concatenate([values, getattr(rows, name)]) for name, values in own.items()}
     return replace(tracks, **own)
 
 
-def record(tracks: SmallTracks, ids: Ints, ego_odom: Floats, config: SmallConfig, models: tuple[str, ...]) -> Tracks:
+def record(tracks: SmallTracks, ids: Ints, ego_odom: Floats, models: tuple[str, ...]) -> Tracks:
     """Return the record of small road users: the constant velocity model is the selected one, at the box centre."""
     count, m = len(tracks), len(models)
     center = centers(tracks, ego_odom)
     mean, covariance = np.zeros((count, 8)), np.zeros((count, 8, 8))
     mean[:, :2], mean[:, 2:4], mean[:, 6] = center, tracks.mean[:, 2:], tracks.heading
     covariance[:, :4, :4] = tracks.covariance
-    covariance[:, [4, 5], [4, 5]] = config.acceleration_std_mps2**2
-    across = config.acceleration_std_mps2 / np.maximum(tracks.speed, config.speed_min_mps)
+    covariance[:, [4, 5], [4, 5]] = small_tracks.ACCELERATION_STD_MPS2**2
+    across = small_tracks.ACCELERATION_STD_MPS2 / np.maximum(tracks.speed, small_tracks.SPEED_MIN_MPS)
     variance = np.trace(tracks.covariance[:, 2:, 2:], axis1=1, axis2=2) / np.maximum(tracks.speed, 0.1) ** 2
     covariance[:, 6, 6], covariance[:, 7, 7] = variance, across**2
     model = models.index("cv") if "cv" in models else 0

@@ -15,7 +15,7 @@ from luxloop.tracker.tracking.corner_error import rotated
 from luxloop.tracker.tracking.filters import STATE_DIM, stacked
 from luxloop.tracker.tracking.hypotheses import Predictions
 from luxloop.tracker.tracking.track import Track
-from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 
 
 class TrackedCorners(NamedTuple):
@@ -88,11 +88,11 @@ def pieces(tracks: Sequence[Track]) -> Pieces:
     return Pieces(*seen, corners.velocity, np.array([track.hits for track in tracks]))
 
 
-def flow(tracks: Sequence[Track], forward: float, config: FlowConfig) -> TrafficFlow:
+def flow(tracks: Sequence[Track], forward: float) -> TrafficFlow:
     """Return positions and directions of the tracks whose direction is known, beside an ego of heading `forward`."""
     known = [track for track in tracks if track.shows_direction]
     corners, ids = tracked_corners(known), np.array([track.id for track in known], dtype=np.int64)
-    return TrafficFlow(ids, corners.corner, corners.heading, forward, config)
+    return TrafficFlow(ids, corners.corner, corners.heading, forward)
 
 
 def predictions(tracks: Sequence[Track]) -> Predictions:

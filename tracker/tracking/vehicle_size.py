@@ -13,7 +13,14 @@ from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.tracking import orientation
-from luxloop.tracker.tracking.vehicle_classes import GRID_M, side_probabilities
+from luxloop.tracker.vehicle_classes import (
+    CAR_LONGEST_M,
+    FACE_MIN_M,
+    GRID_M,
+    TRUNCATED_PROBABILITY,
+    WIDEST_M,
+    side_probabilities,
+)
 
 
 class SizePosterior:
@@ -21,47 +28,33 @@ class SizePosterior:
 
     Parameters
     ----------
-    view_correlation
-        Correlation of the views of one side, which is the minimum weight of a view.
-    forgetting
-        Share of the earlier evidence that a view of the whole side replaces.
-    truncated, merged
-        Probabilities that a side that seems whole is truncated, and that a view is merged with another object.
     hidden
         (2,) part of length and width that rounded corners hide [m].
     """
 
-    def __init__(
-        self, view_correlation: float, forgetting: float, truncated: float, merged: float, hidden: Floats
-    ) -> None:
-        self._settings, self._hidden = (view_correlation, forgetting, truncated, merged), hidden
+    def __init__(self, hidden: Floats) -> None:
+        self._hidden = hidden
         self._log_likelihood = np.zeros((2, len(GRID_M)))
         self._of_pieces = np.zeros((2, len(GRID_M)))
         """Mean log-likelihoods of the truncated views: all of them together have the evidence of one."""
         self._views = np.zeros((2, 2), dtype=np.int64)
         """Numbers of all views and of truncated ones, by side."""
 
-    def observe(self, observed: Floats, whole: Bools, visible_min_m: float) -> None:
-        """Add a view of extents (2,) [m], with a mask (2,) of sides truncated at neither end.
-
-        A side that is visible over `visible_min_m` or less may face away.
-        """
+    def observe(self, observed: Floats, whole: Bools) -> None:
+        """Add a view of extents (2,) [m], with a mask (2,) of sides truncated at neither end."""
         self.size, self.std = add_view_and_estimate(
             self._log_likelihood,
             self._of_pieces,
             self._views,
             observed,
             whole,
-            visible_min_m,
             self._hidden,
-            self._settings,
         )
 
     def exceed(self, extents: Floats) -> None:
         """Exclude sides shorter than extents (2,) [m], which other evidence than a single view shows."""
-        _, _, truncated, merged = self._settings
         weight, cut = np.full(2, LOG_ODDS_MAX), np.zeros(2, np.bool_)
-        add_view(self._log_likelihood, extents, cut, weight, np.zeros(2), self._hidden, truncated, merged)
+        add_view(self._log_likelihood, extents, cut, weight, np.zeros(2), self._hidden)
         self._estimate()
 
     def turn(self, quarters: int) -> None:
@@ -76,61 +69,56 @@ class SizePosterior:
         self.size, self.std = estimate(self._log_likelihood, self._of_pieces)
 
 
+VIEW_CORRELATION = 0.2
+"""Correlation of the views of a side: many equal views have the evidence of five."""
+
+FORGETTING = 0.04
+"""Share of the earlier evidence that a view of the whole side replaces: two seconds at 12.5 scans a second."""
+
+MERGED_PROBABILITY = 0.05
+"""Probability that a view contains more than the vehicle: a neighbour, or a doubled contour."""
+
+GROWTH = 0.5
+"""Initial gain of the size filter for a side that is longer than remembered."""
+
+SETTLED_GROWTH = 0.05
+"""Final gain, after many views of the whole side: the gain decreases with each, so that a box merged with its
+neighbour has little effect. A whole side that looks shorter has half the gain, because ends have few points."""
+
+GROWN_MIN_M = 0.5
+"""A side that grows by more than this was truncated before [m]: two beams at either end."""
+
+KNOWN_FRACTION = 0.8
+"""A side is known to exist completely if this share of it was seen."""
+
+
 @dataclass(frozen=True, slots=True)
 class ExtentConfig:
     """Memory of a vehicle's seen extents, and the evidence of its views for its size."""
 
-    view_correlation: float = 0.2
-    """Correlation of the views of a side: many equal views have the evidence of five."""
-    forgetting: float = 0.04
-    """Share of the earlier evidence that a view of the whole side replaces: two seconds at 12.5 scans a second."""
-    truncated_probability: float = 0.3
-    """Probability that a side that seems whole is truncated: thin occluders and lost beams are not detected."""
-    merged_probability: float = 0.05
-    """Probability that a view contains more than the vehicle: a neighbour, or a doubled contour."""
     hidden_length_m: float = 0.27
     """Part of a length that rounded corners hide from a view of the whole side [m]: 0.2 to 0.4 on cars."""
     hidden_width_m: float = 0.15
     """Part of a width that rounded corners hide from a view of the whole side [m]: 0.1 to 0.2 on cars."""
-    large_length_min_m: float = 6.0
-    """Minimum length of a truck or bus; cars are shorter [m]."""
-    growth: float = 0.5
-    """Initial gain of the size filter for a side that is longer than remembered."""
-    settled: float = 0.05
-    """Final gain, after many views of the whole side: the gain decreases with each, so that a box merged with its
-    neighbour has little effect. A whole side that looks shorter has half the gain, because ends have few points."""
-    face_min_m: float = 0.6
-    """A side with a smaller visible extent may face away [m]; corners are rounded by 0.25 to 0.4."""
-    width_max_m: float = 2.8
-    """Maximum width of a vehicle [m]: a truck measures 2.55."""
-    length_min_m: float = 3.0
-    """Minimum length of a side that shows the axis of a vehicle [m]; vehicles are narrower."""
-    grown_min_m: float = 0.5
-    """A side that grows by more than this was truncated before [m]: two beams at either end."""
-    known_share: float = 0.8
-    """A side is known to exist completely if this share of it was seen."""
 
     def __post_init__(self) -> None:
-        require_within(self, 0.0, 1.0, "view_correlation", "truncated_probability")
-        require_within(self, 1e-3, 1.0, "forgetting")
-        require_within(self, 1e-9, 1.0, "merged_probability")
         require_within(self, 0.0, 1e3, "hidden_length_m", "hidden_width_m")
 
 
-def too_large(seen: Floats, config: ExtentConfig) -> bool:
+def too_large(seen: Floats) -> bool:
     """Return True if the seen extents (2,) [m] are larger than any vehicle."""
-    return bool(min(seen.tolist()) > config.width_max_m)
+    return bool(min(seen.tolist()) > WIDEST_M)
 
 
-def long(seen: Floats, config: ExtentConfig) -> bool:
+def long(seen: Floats) -> bool:
     """Return True if the seen extents (2,) [m] exceed the length of a car."""
-    return bool(max(seen.tolist()) > config.large_length_min_m)
+    return bool(max(seen.tolist()) > CAR_LONGEST_M)
 
 
-def known(seen: Floats, size: Floats, config: ExtentConfig) -> Floats:
+def known(seen: Floats, size: Floats) -> Floats:
     """(2,) part of each side that is known to exist [m]: all of `size` once nearly all was seen, else the seen part."""
     sides = zip(seen.tolist(), size.tolist(), strict=True)
-    return np.array([whole if part >= config.known_share * whole else part for part, whole in sides])
+    return np.array([whole if part >= KNOWN_FRACTION * whole else part for part, whole in sides])
 
 
 def likely(seen: Floats, size: Floats, std: Floats) -> Floats:
@@ -142,19 +130,12 @@ class SizeEstimator:
     """Length and width of a vehicle, from its first view of extents (2,) [m] and mask `whole` (2,) on."""
 
     def __init__(self, first: Floats, whole: Bools, config: ExtentConfig) -> None:
-        self._config = config
         self.whole_views: Ints = np.zeros(2, dtype=np.int64)
         """(2,) numbers of views of length and width from end to end."""
-        self._posterior = SizePosterior(
-            config.view_correlation,
-            config.forgetting,
-            config.truncated_probability,
-            config.merged_probability,
-            np.array([config.hidden_length_m, config.hidden_width_m]),
-        )
+        self._posterior = SizePosterior(np.array([config.hidden_length_m, config.hidden_width_m]))
         self.seen = first
         """(2,) seen length and width [m]."""
-        self._posterior.observe(first, whole, config.face_min_m)
+        self._posterior.observe(first, whole)
 
     @property
     def size(self) -> Floats:
@@ -169,15 +150,13 @@ class SizeEstimator:
     @property
     def known(self) -> Floats:
         """(2,) part of length and width that is known to exist, from the tracked corner on [m]."""
-        return known(self.seen, self.size, self._config)
+        return known(self.seen, self.size)
 
     def observe(self, observed: Floats, whole: Bools) -> None:
         """Update by observed extents (2,) [m], with a mask (2,) of those truncated at neither end."""
-        config = self._config
-        gains, growth = (config.growth, config.settled), (config.grown_min_m, config.large_length_min_m)
-        limits = gains, config.face_min_m, growth
-        self.seen = remembered_extents(self.seen, self.whole_views, observed, whole, *limits)
-        self._posterior.observe(observed, whole, config.face_min_m)
+        gains, growth = (GROWTH, SETTLED_GROWTH), (GROWN_MIN_M, CAR_LONGEST_M)
+        self.seen = remembered_extents(self.seen, self.whole_views, observed, whole, gains, growth)
+        self._posterior.observe(observed, whole)
 
     def extend(self, seen: Floats) -> None:
         """Set the seen extents (2,) [m] to those of several pieces together."""
@@ -192,9 +171,7 @@ class SizeEstimator:
 
 
 @kernel()
-def remember(
-    seen: float, observed: float, whole: bool, whole_views: int, gains: tuple[float, float], face_min_m: float
-) -> float:
+def remember(seen: float, observed: float, whole: bool, whole_views: int, gains: tuple[float, float]) -> float:
     """Return the remembered extent of a side after one more observation [m].
 
     A vehicle is at least as large as its visible part. A side that is not seen from end to end may be longer, so a
@@ -203,7 +180,7 @@ def remember(
     """
     gain = max(gains[0] / (1 + whole_views), gains[1])
     if observed <= seen:
-        gain = 0.5 * gain if whole and observed > face_min_m else 0.0
+        gain = 0.5 * gain if whole and observed > FACE_MIN_M else 0.0
     return seen + gain * (observed - seen)
 
 
@@ -214,7 +191,6 @@ def remembered_extents(
     observed: Floats,
     whole: Bools,
     gains: tuple[float, float],
-    face_min_m: float,
     growth_m: tuple[float, float],
 ) -> Floats:
     """Return the remembered extents (2,) after one more observation, and count views (2,) of the whole sides, in place.
@@ -226,8 +202,8 @@ def remembered_extents(
     for axis in range(2):
         grown = seen[axis] + growth_m[0] < observed[axis] < growth_m[1]
         views = 0 if grown else whole_views[axis]
-        remembered[axis] = remember(seen[axis], observed[axis], whole[axis], views, gains, face_min_m)
-        whole_views[axis] += whole[axis] and observed[axis] > face_min_m
+        remembered[axis] = remember(seen[axis], observed[axis], whole[axis], views, gains)
+        whole_views[axis] += whole[axis] and observed[axis] > FACE_MIN_M
     return remembered
 
 
@@ -270,24 +246,22 @@ def add_view(
     weight: Floats,
     forgetting: Floats,
     hidden: Floats,
-    truncated: float,
-    merged: float,
 ) -> None:
     """Add a view of extents (2,) [m] to log-likelihoods (2, G), in place.
 
-    A whole side shows its length but for what its corners hide, or a piece of it if it is `truncated` by something that
-    was not detected. A truncated side is a lower bound. A `merged` view has any extent.
+    A whole side shows its length but for what its corners hide, or a piece of it if it is truncated by something that
+    was not detected. A truncated side is a lower bound. A merged view has any extent.
     """
     for axis in range(2):
         if weight[axis] == 0.0:
             continue
-        highest, of_merged = -np.inf, math.log(merged)
+        highest, of_merged = -np.inf, math.log(MERGED_PROBABILITY)
         for g in range(len(GRID_M)):
             fits = observed[axis] < GRID_M[g] + MARGIN_M
             if whole[axis]:
                 seen = whole_density(observed[axis], g, hidden[axis])
-                piece = truncated / GRID_M[g] if fits else 0.0
-                log_density = math.log((1.0 - truncated) * seen + piece + merged / GRID_M[-1])
+                piece = TRUNCATED_PROBABILITY / GRID_M[g] if fits else 0.0
+                log_density = math.log((1.0 - TRUNCATED_PROBABILITY) * seen + piece + MERGED_PROBABILITY / GRID_M[-1])
             else:
                 log_density = 0.0 if fits else of_merged
             value = (1.0 - forgetting[axis]) * log_likelihood[axis, g] + weight[axis] * log_density
@@ -298,7 +272,7 @@ def add_view(
 
 
 @kernel()
-def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats, merged: float) -> None:
+def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats) -> None:
     """Average a truncated view of extents (2,) [m] into mean log-likelihoods (2, G), in place.
 
     The side shows a piece of any length, or all of it: an occluder or a gap between units that ends beside it counts as
@@ -310,7 +284,7 @@ def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats,
         for g in range(len(GRID_M)):
             piece = (1.0 - WHOLE_SHARE) / GRID_M[g] if observed[axis] < GRID_M[g] + MARGIN_M else 0.0
             seen = whole_density(observed[axis], g, hidden[axis])
-            log_density = math.log(piece + WHOLE_SHARE * seen + merged / GRID_M[-1])
+            log_density = math.log(piece + WHOLE_SHARE * seen + MERGED_PROBABILITY / GRID_M[-1])
             mean[axis, g] += gain[axis] * (log_density - mean[axis, g])
 
 
@@ -324,9 +298,7 @@ def add_view_and_estimate(
     views: Ints,
     observed: Floats,
     whole: Bools,
-    visible_min_m: float,
     hidden: Floats,
-    settings: tuple[float, float, float, float],
 ) -> tuple[Floats, Floats]:
     """Add a view of extents (2,) [m], `whole` (2,) if truncated at neither end; return the estimate, see `estimate`.
 
@@ -334,20 +306,19 @@ def add_view_and_estimate(
     pieces by side. The `settings` are the minimum weight of a view, the forgetting, and the probabilities of truncated
     and merged views; see `luxloop.tracker.tracking.size_posterior`.
     """
-    weight_min, forgetting, truncated, merged = settings
     weight, forgets, gain = np.zeros(2), np.zeros(2), np.zeros(2)
     for axis in range(2):
-        if observed[axis] <= visible_min_m:
+        if observed[axis] <= FACE_MIN_M:
             continue
         views[0, axis] += 1
-        weight[axis] = max(1.0 / views[0, axis], weight_min)
+        weight[axis] = max(1.0 / views[0, axis], VIEW_CORRELATION)
         if whole[axis]:
-            forgets[axis] = forgetting
+            forgets[axis] = FORGETTING
         else:
-            views[1, axis] = min(views[1, axis] + 1, round(1.0 / forgetting))
+            views[1, axis] = min(views[1, axis] + 1, round(1.0 / FORGETTING))
             gain[axis] = 1.0 / views[1, axis]
-    add_view(log_likelihood, observed, whole, weight, forgets, hidden, truncated, merged)
-    average_pieces(of_pieces, observed, gain, hidden, merged)
+    add_view(log_likelihood, observed, whole, weight, forgets, hidden)
+    average_pieces(of_pieces, observed, gain, hidden)
     return estimate(log_likelihood, of_pieces)
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from luxloop.tracker.tracking import vehicle_classes
-from luxloop.tracker.tracking.vehicle_classes import length_log_odds, vehicle_log_odds
+from luxloop.tracker import vehicle_classes
+from luxloop.tracker.vehicle_classes import length_log_odds, vehicle_log_odds
 
 VISIBLE_MIN_M = 0.6
 WHOLE, CUT = (True, True), (False, False)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from luxloop.tracker.tracking.vehicle_classes import GRID_M, SIZE_CLASSES, side_probabilities
 from luxloop.tracker.tracking.vehicle_size import (
     HIDDEN_STD_M,
     LOG_ODDS_MAX,
@@ -21,6 +20,7 @@ from luxloop.tracker.tracking.vehicle_size import (
     posterior,
     side_of_greatest_overlap,
 )
+from luxloop.tracker.vehicle_classes import GRID_M, SIZE_CLASSES, side_probabilities
 
 CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)

@@ -19,8 +19,7 @@ from luxloop.tracker.tracking.kernels import filter_banks, multiple_models
 from luxloop.tracker.tracking.kernels.places import ALONG, QUANTILES, predicted_places
 from luxloop.tracker.tracking.mma import MmaConfig, changes, mix, transitions, update
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.vehicle_classes import GRID_M
-from luxloop.tracker.tracking.vehicle_size import ExtentConfig
+from luxloop.tracker.vehicle_classes import GRID_M
 
 TRACKS, BOXES = 7, 9
 FLOOR, TAIL_DOF = 1e-9, 4.0
@@ -187,7 +186,7 @@ def test_hypotheses_and_their_scores_equal_the_reference(rng):
     assert 0 < found.exact.sum() < found.exact.size
     assert 0 < (found.corner_sign != tracks.corner_sign[:, None]).sum() < found.corner_sign.size
     coasting = rng.choice([False, True], TRACKS)
-    for gate in (AssociationConfig(), AssociationConfig(oddity_max=0.0), AssociationConfig(gate_chi2=200.0)):
+    for gate in (AssociationConfig(), AssociationConfig(shape_cost_max=0.0), AssociationConfig(gate_chi2=200.0)):
         cost, admissible = score(tracks, found, seen, gate, coasting)
         expected_cost, expected_mask = naive_hypotheses.score(tracks, expected, seen, gate, coasting)
         np.testing.assert_allclose(cost, expected_cost, rtol=1e-9)
@@ -274,14 +273,11 @@ def test_log_odds_of_sides_equal_the_reference(rng):
 
 
 def test_sizes_equal_the_reference_after_any_views(rng):
-    config, hidden = ExtentConfig(), np.array([0.27, 0.15])
-    settings = config.view_correlation, config.forgetting, config.truncated_probability, config.merged_probability
+    hidden = np.array([0.27, 0.15])
     likelihoods, views = np.zeros((2, 2, len(GRID_M))), np.zeros((2, 2), dtype=np.int64)
     for _ in range(20):
         observed, whole = rng.uniform(0.1, (6.0, 3.0)), rng.choice([False, True], 2)
-        found = vehicle_size.add_view_and_estimate(
-            *likelihoods, views, observed, whole, config.face_min_m, hidden, settings
-        )
+        found = vehicle_size.add_view_and_estimate(*likelihoods, views, observed, whole, hidden)
         expected = naive_sizes.estimate(likelihoods.sum(axis=0), vehicle_size.SHARE, vehicle_size.PRIOR)
         np.testing.assert_allclose(found, expected, rtol=1e-9)
     assert (views[0] >= views[1]).all()

@@ -8,6 +8,27 @@ import numpy as np
 from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.compiled import kernel
 
+FACE_MIN_M = 0.6
+"""A side with a smaller visible extent may face away [m]; corners are rounded by 0.25 to 0.4."""
+
+CAR_LONGEST_M = 6.0
+"""Longest car [m]: longer vehicles are trucks and buses."""
+
+WIDEST_M = 2.8
+"""Width of a vehicle at most [m]: a truck measures 2.55, and the errors of two fits."""
+
+WIDE_M = 3.0
+"""A longer side is the length of a vehicle [m]; vehicles are narrower."""
+
+LONGEST_M = 18.8
+"""Length of a vehicle at most [m], a lorry with its trailer (Directive 96/53/EC)."""
+
+FASTEST_MPS = 75.0
+"""Speed of a vehicle over ground at most [m/s]: 270 km/h."""
+
+TRUNCATED_PROBABILITY = 0.3
+"""Probability that a side that seems whole is truncated: thin occluders and lost beams are not detected."""
+
 GRID_M: Floats = np.array(0.4 * 1.02 ** np.arange(200), dtype=np.float64)
 """(G,) lengths and widths that a vehicle may have [m]: 0.4 to 20.6, in steps of 2 %."""
 
