@@ -3,7 +3,7 @@
     luxloop run paper-campus --seed 1 --record-scans --out runs/campus
     python docs/face_depths.py runs/campus
 
-The densities of `tracker/tracking/kernels/face_depths.py` follow them. They were made with seed 1 of paper-campus,
+The densities of `tracker/vehicle_classes.py` follow them. They were made with seed 1 of paper-campus,
 motorway-jam, queue-discharge, bus-stop, t-junction and highway-v0, and seed 2 of sumo-crossing.
 """
 

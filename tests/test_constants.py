@@ -22,10 +22,10 @@ from luxloop.tracker.detection.boxes import NOISE_STD_M
 from luxloop.tracker.detection.faces import CURVE_DEPTH_M
 from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.preprocess import PreprocessConfig
-from luxloop.tracker.tracking.existence import MemoryConfig, existence
-from luxloop.tracker.tracking.filters import FilterConfig
+from luxloop.tracker.tracking.existence import ExistenceConfig, existence
+from luxloop.tracker.tracking.filters import STARTING_SPEED_STD_MPS, FilterConfig
 from luxloop.tracker.tracking.mma import MmaConfig
-from luxloop.tracker.tracking.vehicle_sizes import SIZE_CLASSES
+from luxloop.tracker.vehicle_classes import SIZE_CLASSES
 
 UNIT = load_rig("srx_six_lux", Path()).mounts[0].model
 MODES, FILTERS = ModeLimits(), FilterConfig()
@@ -50,7 +50,7 @@ TUNED = {
     ),
     "speed at the start of a motion [m/s]": (
         (MODES.moves_from_mps, "a third of walking pace"),
-        (FILTERS.starting_speed_std_mps, "gained in five scans at a comfortable acceleration"),
+        (STARTING_SPEED_STD_MPS, "gained in five scans at a comfortable acceleration"),
     ),
     "acceleration of a steady course [m/s^2]": (
         (MODES.steady_below_mps2, MODES.accelerates_from_mps2, "0.1 m off the course in 0.6 s"),
@@ -105,5 +105,5 @@ def test_facts_of_the_own_car_agree(fact):
 
 def test_the_requirement_on_memory_is_the_graders():
     """The grader follows an occluded vehicle for the 3 s that scenarios require; the tracker's memory is longer."""
-    memory = MemoryConfig()
+    memory = ExistenceConfig()
     assert existence(GradingConfig().memory_s, 1.0, memory) > memory.existence_min

@@ -1,46 +1,94 @@
-"""Merging of the pieces of one vehicle: a tractor and its trailer, or the side and rear of a lorry with a blind gap.
+"""Pairs of pieces that together have the shape of one vehicle."""
 
-Pieces that move together, with a gap below any headway, are one vehicle. Afterwards, all segments inside its box are
-one segment.
-"""
-
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
 from luxloop.tracker.geometry import inside
-from luxloop.tracker.kernels import pairs
 from luxloop.tracker.records import NOT_USED, Segments
+from luxloop.tracker.vehicle_classes import LONGEST_M, WIDEST_M
+
+
+@kernel()
+def hull_bounds(center: Floats, heading: Floats, size: Floats, a: int, b: int) -> tuple[float, float, float, float]:
+    """Return low x, low y, high x and high y of the box around two pieces, from and along the first one [m]."""
+    cos, sin = math.cos(heading[a]), math.sin(heading[a])
+    x, y = center[b, 0] - center[a, 0], center[b, 1] - center[a, 1]
+    along, across = cos * x + sin * y, cos * y - sin * x
+    cos, sin = abs(math.cos(heading[b] - heading[a])), abs(math.sin(heading[b] - heading[a]))
+    length, width = 0.5 * (cos * size[b, 0] + sin * size[b, 1]), 0.5 * (sin * size[b, 0] + cos * size[b, 1])
+    own_length, own_width = 0.5 * size[a, 0], 0.5 * size[a, 1]
+    low = min(-own_length, along - length), min(-own_width, across - width)
+    high = max(own_length, along + length), max(own_width, across + width)
+    return low[0], low[1], high[0], high[1]
+
+
+@kernel()
+def hull_fits(
+    center: Floats, heading: Floats, size: Floats, a: int, b: int, length_max_m: float, width_max_m: float
+) -> bool:
+    """Return True if the box around two pieces has the size of a vehicle."""
+    low_x, low_y, high_x, high_y = hull_bounds(center, heading, size, a, b)
+    return high_x - low_x <= length_max_m and high_y - low_y <= width_max_m
+
+
+@kernel()
+def fitting_pairs(
+    center: Floats, heading: Floats, size: Floats, length_max_m: float, width_max_m: float, turn_max_rad: float
+) -> Ints:
+    """(K, 2) pairs of T pieces, parallel or at right angles, that fit into one vehicle, in ascending order.
+
+    Pieces have centres (T, 2) [m], headings (T,) and sizes (T, 2) [m].
+    """
+    pairs = []
+    for a in range(len(heading)):
+        for b in range(a + 1, len(heading)):
+            near = math.hypot(center[b, 0] - center[a, 0], center[b, 1] - center[a, 1]) < length_max_m
+            parallel = abs(math.sin(2.0 * (heading[b] - heading[a]))) <= 2.0 * turn_max_rad
+            if near and parallel and hull_fits(center, heading, size, a, b, length_max_m, width_max_m):
+                pairs.append((a, b))
+    found = np.empty((len(pairs), 2), np.int64)
+    for k, pair in enumerate(pairs):
+        found[k, 0], found[k, 1] = pair
+    return found
+
+
+SPEED_MIN_MPS = 5.0
+"""Minimum speed of pieces [m/s]: slower vehicles may follow each other as closely."""
+
+HEADWAY_MAX_S = 0.35
+"""Maximum time gap between pieces [s]; half a second is the minimum headway of drivers."""
+
+SPEED_CHANGE_MIN_MPS = 3.0
+"""Minimum change of speed in which pieces of a slower vehicle keep their gap [m/s]: by the minimum headway of
+drivers, the gap between two vehicles changes by 1.5 m meanwhile."""
+
+GAP_CHANGE_MAX_M = 0.5
+"""Maximum change of the gap between pieces [m], from the visible ends of both."""
+
+SPEED_DIFFERENCE_MAX_MPS = 1.0
+"""Maximum difference of speed [m/s], due to filter errors only."""
+
+TURN_MAX_RAD = 0.09
+"""Maximum difference of heading [rad], due to fit errors; trailers articulate by more only in slow turns."""
+
+HITS_MIN = 8
+"""Minimum observations of each piece, after which its speed is known."""
+
+MARGIN_M = 0.3
+"""Margin around a vehicle's box within which points belong to it [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class MergeConfig:
     """Conditions for pieces to be one vehicle."""
 
-    speed_min_mps: float = 5.0
-    """Minimum speed of pieces [m/s]: slower vehicles may follow each other as closely."""
-    headway_max_s: float = 0.35
-    """Maximum time gap between pieces [s]; half a second is the minimum headway of drivers."""
     gap_max_m: float = 6.0
     """Maximum gap between pieces of a fast vehicle [m]: what units leave blind beside the ego."""
-    speed_change_min_mps: float = 3.0
-    """Minimum change of speed in which pieces of a slower vehicle keep their gap [m/s]: by the minimum headway of
-    drivers, the gap between two vehicles changes by 1.5 m meanwhile."""
-    gap_change_max_m: float = 0.5
-    """Maximum change of the gap between pieces [m], from the visible ends of both."""
-    speed_difference_max_mps: float = 1.0
-    """Maximum difference of speed [m/s], due to filter errors only."""
-    turn_max_rad: float = 0.09
-    """Maximum difference of heading [rad], due to fit errors; trailers articulate by more only in slow turns."""
-    length_max_m: float = 18.8
-    """Maximum length of a vehicle [m], a lorry with its trailer (Directive 96/53/EC)."""
-    width_max_m: float = 2.8
-    """Maximum width of a vehicle [m]: 2.55 and the error of two fits."""
-    hits_min: int = 8
-    """Minimum observations of each piece, after which its speed is known."""
-    margin_m: float = 0.3
-    """Margin around a vehicle's box within which points belong to it [m]."""
     share_min: float = 0.9
     """Minimum share of a segment's points inside the box for the segment to belong to the vehicle."""
 
@@ -63,37 +111,37 @@ class Pieces:
 
 def hull(pieces: Pieces, a: int, b: int) -> tuple[Floats, Floats]:
     """Return the low and high corner (2,) of the box around two pieces, in the frame of the first [m]."""
-    low_x, low_y, high_x, high_y = pairs.hull(pieces.center, pieces.heading, pieces.size, a, b)
+    low_x, low_y, high_x, high_y = hull_bounds(pieces.center, pieces.heading, pieces.size, a, b)
     return np.array([low_x, low_y]), np.array([high_x, high_y])
 
 
 def gap(pieces: Pieces, a: int, b: int) -> float:
     """Return the gap between two pieces along the heading of the first [m]."""
-    low_x, _, high_x, _ = pairs.hull(pieces.center, pieces.heading, pieces.size, a, b)
+    low_x, _, high_x, _ = hull_bounds(pieces.center, pieces.heading, pieces.size, a, b)
     return float(high_x - low_x - pieces.size[a, 0] - pieces.size[b, 0])
 
 
-def may_be_one(pieces: Pieces, config: MergeConfig) -> list[tuple[int, int]]:
+def may_be_one(pieces: Pieces) -> list[tuple[int, int]]:
     """Return the pairs of pieces that together have the shape of one vehicle."""
-    known = np.flatnonzero(pieces.hits >= config.hits_min)
+    known = np.flatnonzero(pieces.hits >= HITS_MIN)
     places = pieces.center[known], pieces.heading[known], pieces.size[known]
-    found = pairs.fitting_pairs(*places, config.length_max_m, config.width_max_m, config.turn_max_rad)
+    found = fitting_pairs(*places, LONGEST_M, WIDEST_M, TURN_MAX_RAD)
     return [(a, b) for a, b in known[found].tolist()]
 
 
 def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
     """Return True if a pair of `may_be_one` is equally fast and has a gap below any headway."""
     speed = float(np.hypot(*pieces.velocity[[a, b]].T).min())
-    if speed < config.speed_min_mps:
+    if speed < SPEED_MIN_MPS:
         return False
-    same = np.hypot(*(pieces.velocity[b] - pieces.velocity[a])) <= config.speed_difference_max_mps
-    return bool(same) and gap(pieces, a, b) <= min(config.headway_max_s * speed, config.gap_max_m)
+    same = np.hypot(*(pieces.velocity[b] - pieces.velocity[a])) <= SPEED_DIFFERENCE_MAX_MPS
+    return bool(same) and gap(pieces, a, b) <= min(HEADWAY_MAX_S * speed, config.gap_max_m)
 
 
-def fits(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
+def fits(pieces: Pieces, a: int, b: int) -> bool:
     """Return True if the box around two pieces has the size of a vehicle."""
     place = pieces.center, pieces.heading, pieces.size
-    return bool(pairs.fits(*place, a, b, config.length_max_m, config.width_max_m))
+    return bool(hull_fits(*place, a, b, LONGEST_M, WIDEST_M))
 
 
 def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces, config: MergeConfig) -> Segments:
@@ -103,7 +151,7 @@ def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces, conf
     used = np.flatnonzero(segments.label >= 0)
     label = segments.label[used]
     size = np.bincount(label, minlength=segments.count)
-    within = inside(points_odom.take(used, axis=0), pieces.center, pieces.heading, pieces.size + 2 * config.margin_m)
+    within = inside(points_odom.take(used, axis=0), pieces.center, pieces.heading, pieces.size + 2 * MARGIN_M)
     name = _joined(_belongs(within, label, size, config))
     present = size > 0
     names, number = np.unique(name[present], return_inverse=True)
@@ -128,3 +176,46 @@ def _joined(belongs: Bools) -> Ints:
         own = np.unique(name[belongs[:, vehicle]])
         name[np.isin(name, own)] = own[0]
     return name
+
+
+@dataclass(slots=True)
+class PairHistory:
+    """Extremes of gap and speed since the gap last changed."""
+
+    gap_m: tuple[float, float]
+    """Smallest and largest gap between the pieces [m]."""
+    speed_mps: tuple[float, float]
+    """Lowest and highest speed [m/s]."""
+
+
+class RigidPairs:
+    """Histories of the pairs of tracks that may be pieces of one vehicle."""
+
+    def __init__(self) -> None:
+        self._history: dict[tuple[int, int], PairHistory] = {}
+
+    def observe(self, ids: Sequence[int], pieces: Pieces) -> None:
+        """Add one frame of the tracks `ids`, in the order of `pieces`; forget pairs that are not seen together."""
+        history: dict[tuple[int, int], PairHistory] = {}
+        speed = [math.hypot(x, y) for x, y in pieces.velocity.tolist()]
+        for a, b in may_be_one(pieces):
+            key = (min(ids[a], ids[b]), max(ids[a], ids[b]))
+            mean = 0.5 * (speed[a] + speed[b])
+            history[key] = self._extended(self._history.get(key), gap(pieces, a, b), mean)
+        self._history = history
+
+    def rigid(self, a: int, b: int) -> bool:
+        """Return True if two tracks, by id, changed their speed together and kept their gap."""
+        pair = self._history.get((min(a, b), max(a, b)))
+        if pair is None:
+            return False
+        change = pair.speed_mps[1] - pair.speed_mps[0]
+        return change >= SPEED_CHANGE_MIN_MPS
+
+    def _extended(self, pair: PairHistory | None, gap_m: float, speed_mps: float) -> PairHistory:
+        """Return the history with one more frame, or a new one if the gap has changed."""
+        if pair is not None:
+            gaps = min(pair.gap_m[0], gap_m), max(pair.gap_m[1], gap_m)
+            if gaps[1] - gaps[0] <= GAP_CHANGE_MAX_M:
+                return PairHistory(gaps, (min(pair.speed_mps[0], speed_mps), max(pair.speed_mps[1], speed_mps)))
+        return PairHistory((gap_m, gap_m), (speed_mps, speed_mps))

@@ -4,12 +4,21 @@ A unit is within a known distance of the ego's centre. Its bearing of a place th
 known angle at most. If all returns in this window of bearings are farther than the place, nothing is there.
 """
 
+import math
+
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats
-from luxloop.tracker.kernels import free_space as kernel
+from luxloop.tracker.arrays import Bools, Floats, Floats32
+from luxloop.tracker.compiled import kernel
+
+BINS = 512
+"""Bins of bearing, 0.7 degrees each: a beam of a layer or two."""
+
+COVERED = 0.5
+"""Minimum share of a window's bins with a return: open sky says nothing."""
 
 
+@kernel()
 def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m: float) -> Bools:
     """(C,) mask of places that all returns near their bearing lie behind.
 
@@ -24,4 +33,51 @@ def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m
     margin_m
         Minimum distance of returns behind a place [m].
     """
-    return np.asarray(kernel.seen_through(places, returns, unit_offset_m, margin_m))
+    nearest = profile(returns, unit_offset_m)
+    free = np.empty(len(places), np.bool_)
+    for c in range(len(places)):
+        free[c] = is_free(places[c, 0], places[c, 1], nearest, unit_offset_m, margin_m)
+    return free
+
+
+@kernel()
+def is_free(x: float, y: float, nearest: Floats, unit_offset_m: float, margin_m: float) -> bool:
+    """Return True if the nearest returns (BINS,) of all bearings at which a unit may see a place are behind it."""
+    range_m = math.hypot(x, y)
+    if range_m <= unit_offset_m:
+        return False
+    half = math.asin(unit_offset_m / range_m)
+    bins = max(1, math.ceil(half / math.pi * BINS))
+    first = math.floor((math.atan2(y, x) - half) / (2.0 * math.pi) * BINS)
+    covered = 0
+    for k in range(first, first + bins):
+        if nearest[k % BINS] <= range_m + margin_m:
+            return False
+        covered += math.isfinite(nearest[k % BINS])
+    return covered >= COVERED * bins
+
+
+@kernel()
+def profile(returns: Floats, unit_offset_m: float) -> Floats:
+    """(BINS,) range of the nearest return by bearing [m], infinite without one."""
+    nearest = np.full(BINS, np.inf)
+    for i in range(len(returns)):
+        x, y = returns[i, 0], returns[i, 1]
+        range_m = math.hypot(x, y)
+        if range_m > unit_offset_m:
+            k = math.floor(math.atan2(y, x) / (2.0 * math.pi) * BINS) % BINS
+            nearest[k] = min(nearest[k], range_m)
+    return nearest
+
+
+@kernel()
+def turned_returns(points: Floats32, turn: float) -> Floats:
+    """(K, 2) x and y of the finite ones of points (N, 3), rotated by an angle [rad]."""
+    cos, sin, count = math.cos(turn), math.sin(turn), 0
+    turned = np.empty((len(points), 2))
+    for i in range(len(points)):
+        x, y, z = points[i]
+        if math.isfinite(x) and math.isfinite(y) and math.isfinite(z):
+            turned[count, 0], turned[count, 1] = cos * x - sin * y, sin * x + cos * y
+            count += 1
+    return turned[:count]

@@ -12,12 +12,10 @@ from luxloop.tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detect
 from luxloop.tracker.records import NO_TRACK, Detection, Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracking import joint_correction, joint_prediction, memory, track_arrays
-from luxloop.tracker.tracking.association import AssociationConfig
-from luxloop.tracker.tracking.associator import Associator, HungarianAssociator
-from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.association import AssociationConfig, Associator, HungarianAssociator
+from luxloop.tracker.tracking.confirmation import ConfirmationConfig
 from luxloop.tracker.tracking.corner_error import CornerConfig
-from luxloop.tracker.tracking.existence import MemoryConfig
-from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.existence import ExistenceConfig
 from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
 from luxloop.tracker.tracking.mma import MmaConfig
@@ -25,27 +23,28 @@ from luxloop.tracker.tracking.model_selection import BankSelection, ModelSelecti
 from luxloop.tracker.tracking.observations import observe
 from luxloop.tracker.tracking.orientation import OrientationConfig
 from luxloop.tracker.tracking.output import report
-from luxloop.tracker.tracking.small.small_config import SmallConfig
-from luxloop.tracker.tracking.small.small_objects import SmallObjects
+from luxloop.tracker.tracking.small_objects import SmallObjects
+from luxloop.tracker.tracking.small_tracks import LENGTH_MAX_M, WIDTH_MAX_M, SmallConfig
 from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 from luxloop.tracker.tracking.track_observation import track_observation
+from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 
 @dataclass(frozen=True, slots=True)
 class TrackerConfig(DetectorConfig):
     """Settings of the tracker, one section per stage: the sections of detection, then those of tracking."""
 
-    reading: HypothesisConfig = field(default_factory=HypothesisConfig)
+    hypotheses: HypothesisConfig = field(default_factory=HypothesisConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
     mma: MmaConfig = field(default_factory=MmaConfig)
     extent: ExtentConfig = field(default_factory=ExtentConfig)
     orientation: OrientationConfig = field(default_factory=OrientationConfig)
     corner: CornerConfig = field(default_factory=CornerConfig)
-    life: TrackLifeConfig = field(default_factory=TrackLifeConfig)
-    memory: MemoryConfig = field(default_factory=MemoryConfig)
+    confirmation: ConfirmationConfig = field(default_factory=ConfirmationConfig)
+    existence: ExistenceConfig = field(default_factory=ExistenceConfig)
     small: SmallConfig = field(default_factory=SmallConfig)
 
     def __post_init__(self) -> None:
@@ -58,7 +57,9 @@ class TrackerConfig(DetectorConfig):
 
 def track_config(config: TrackerConfig) -> TrackConfig:
     """Return the sections that one track uses."""
-    return TrackConfig(config.filters, config.extent, config.orientation, config.corner, config.life, config.memory)
+    return TrackConfig(
+        config.filters, config.extent, config.orientation, config.corner, config.confirmation, config.existence
+    )
 
 
 class Tracker:
@@ -91,10 +92,8 @@ class Tracker:
         self._detector = detector or Detector(config)
         self._associator = associator or HungarianAssociator(config.association)
         self._model_selection = model_selection or BankSelection(config.filters, config.mma)
-        self._track_management = track_management or DefaultTrackManagement(
-            config.union, config.reading, track_config(config)
-        )
-        self._small = SmallObjects(config.small)
+        self._track_management = track_management or DefaultTrackManagement(config.union, track_config(config))
+        self._small = SmallObjects()
         self._tracks: list[Track] = []
         self._time: float | None = None
 
@@ -103,7 +102,7 @@ class Tracker:
 
         A scan without points, or whose points form no vehicle (a single point, or all at one place), updates no track:
         tracks coast. Collinear points are a side of a vehicle. A point with a non-finite position or time is ignored.
-        After a gap between scans, tracks that probably do not exist any more (`MemoryConfig`) are terminated; the
+        After a gap between scans, tracks that probably do not exist any more (`ExistenceConfig`) are terminated; the
         others continue at their predicted positions.
 
         Raises
@@ -120,11 +119,11 @@ class Tracker:
         found = self._detector.step(scan, movers(living), track_arrays.pieces(long_vehicles(living)))
         seen = observe(found.boxes, scan.ego_pose_odom, self.config.filters)
         predictions = track_arrays.predictions(tracks)
-        hypotheses = hypothesise(predictions, seen, self.config.reading)
+        hypotheses = hypothesise(predictions, seen, self.config.hypotheses)
         pairs = self._associator.associate(tracks, predictions, hypotheses, seen)
         observations = [track_observation(hypotheses, seen, t, b) for t, b in pairs]
         joint_correction.update([tracks[t] for t, _ in pairs], observations)
-        memory.terminate_lost(tracks, scan, self.config.memory)
+        memory.terminate_lost(tracks, scan, self.config.existence)
         track_id = box_ids(tracks, pairs, len(seen))
         forward = float(scan.ego_pose_odom[2])
         self._tracks = self._track_management.manage(tracks, seen, track_id, forward, self._model_selection)
@@ -145,10 +144,9 @@ class Tracker:
 
     def _add_small(self, output: Tracks, found: Detection, scan: Scan, dt: float) -> Tracks:
         """Track the small road users, and add them to the record of the vehicles."""
-        config = self.config.small
-        if not config.enabled:
+        if not self.config.small.enabled:
             return output
-        boxes = small_boxes(found, scan, config.longer_max_m, config.wider_max_m)
+        boxes = small_boxes(found, scan, LENGTH_MAX_M, WIDTH_MAX_M)
         self._small.step(boxes, self._tracks, dt)
         return self._small.report(self._tracks, output, scan.ego_pose_odom[:2])
 

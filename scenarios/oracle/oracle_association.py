@@ -3,8 +3,8 @@
 A new actor gets a track. Where an actor is seen in pieces, the tracker's own association matches the pieces with the
 tracks of that actor, and its own merging makes one track of them. Tracks of different actors are neither merged nor
 treated as duplicates. The surviving track of an actor keeps the first id. The coasting time is not part of association
-(`[tracker.life]`): an actor whose tracks were terminated counts as new. Boxes without an actor, such as walls, are
-matched with tracks without an actor by the tracker's own association.
+(`[tracker.existence]`): an actor whose tracks were terminated counts as new. Boxes without an actor, such as walls,
+are matched with tracks without an actor by the tracker's own association.
 
 The gate also protects from misread boxes: a rear that is taken for a front moves a track by a car's length. The oracle
 does the same: it ignores a box outside the gate that would move the track away from its vehicle.
@@ -18,7 +18,7 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.oracle.oracle_context import OracleContext
 from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking.associator import PairScore
+from luxloop.tracker.tracking.association import PairScore
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.observations import Observations

@@ -14,7 +14,6 @@ from luxloop.scenarios.oracle.oracle_context import OracleContext
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.tracker.merging import MergeConfig
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking.hypotheses import HypothesisConfig
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.observations import Observations
 from luxloop.tracker.tracking.track import Track
@@ -29,12 +28,11 @@ class OracleConfirmation(DefaultTrackManagement):
     def __init__(
         self,
         merging: MergeConfig,
-        hypotheses: HypothesisConfig,
         track: TrackConfig,
         stages: frozenset[Stage],
         context: OracleContext,
     ) -> None:
-        super().__init__(merging, hypotheses, track)
+        super().__init__(merging, track)
         self._active = Stage.CONFIRMATION in stages
         self._context = context
 

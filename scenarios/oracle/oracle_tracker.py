@@ -15,7 +15,7 @@ from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import Tracker, TrackerConfig, track_config
-from luxloop.tracker.tracking.associator import HungarianAssociator, LikelihoodScore, PairScore
+from luxloop.tracker.tracking.association import HungarianAssociator, LikelihoodScore, PairScore
 from luxloop.tracker.tracking.model_selection import BankSelection, ModelSelection
 from luxloop.tracker.tracking.track_management import TrackManagement
 
@@ -56,7 +56,7 @@ class OracleTracker:
         score = score or LikelihoodScore(config.association)
         models = models or BankSelection(config.filters, config.mma)
         management: TrackManagement
-        management = shipped = confirmation(config.union, config.reading, track_config(config), replaced, context)
+        management = shipped = confirmation(config.union, track_config(config), replaced, context)
         if Stage.ASSOCIATION in replaced:
             score, management = OracleScore(score, context), OracleTrackManagement(shipped, context)
         if Stage.MODEL in replaced:

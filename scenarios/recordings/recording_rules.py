@@ -46,9 +46,9 @@ def _for_period(config: TrackerConfig, recording: Recording) -> TrackerConfig:
     """
     period_s = float(np.median(np.diff(recording.time_s))) if len(recording) > 1 else USUAL_PERIOD_S
     factor = max(1.0, period_s / USUAL_PERIOD_S)
-    life = replace(
-        config.life,
-        tentative_coast_s=factor * config.life.tentative_coast_s,
-        gap_s=factor * config.life.gap_s,
+    confirmation = replace(
+        config.confirmation,
+        tentative_coast_s=factor * config.confirmation.tentative_coast_s,
+        gap_s=factor * config.confirmation.gap_s,
     )
-    return replace(config, life=life)
+    return replace(config, confirmation=confirmation)

@@ -12,7 +12,7 @@ from luxloop.tracker.detection.segmentation import SegmentationConfig, segment
 from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import MODELS, Status
 from luxloop.tracker.tracker import Tracker, track_config
-from luxloop.tracker.tracking.associator import HungarianAssociator, LikelihoodScore
+from luxloop.tracker.tracking.association import HungarianAssociator, LikelihoodScore
 from luxloop.tracker.tracking.filter_bank import SelectedBank
 from luxloop.tracker.tracking.filters import initial_filters
 from luxloop.tracker.tracking.model_selection import BankSelection
@@ -103,7 +103,7 @@ def plant(fault):
             """Oracle over the fault."""
 
         return (
-            lambda config: Tracker(config, track_management=fault(config.union, config.reading, track_config(config))),
+            lambda config: Tracker(config, track_management=fault(config.union, track_config(config))),
             lambda stages: lambda config: OracleTracker(config, stages, confirmation=FaultyOracleConfirmation),
         )
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from luxloop.tracker.geometry import rotate
-from luxloop.tracker.kernels.free_space import BINS, COVERED
+from luxloop.tracker.seen_through import BINS, COVERED
 
 
 def inside(points, center, heading, size):

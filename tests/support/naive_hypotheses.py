@@ -3,9 +3,15 @@
 import numpy as np
 
 from luxloop.tracker.geometry import QUARTER, mahalanobis, rotate
-from luxloop.tracker.tracking.hypotheses import Hypotheses
-from luxloop.tracker.tracking.kernels.hypotheses import AMBIGUOUS_VARIANCE_M2, CAR_LENGTH_SPREAD_M
+from luxloop.tracker.tracking.association import GATE_PROBABILITY_MIN, GROWTH_STD_M, HEADING_STD_RAD
+from luxloop.tracker.tracking.hypotheses import (
+    AMBIGUOUS_VARIANCE_M2,
+    CAR_LENGTH_SPREAD_M,
+    COMPLETE_FRACTION,
+    Hypotheses,
+)
 from luxloop.tracker.tracking.observations import uncut
+from luxloop.tracker.vehicle_classes import FACE_MIN_M
 
 
 def hypothesise(tracks, seen, config):
@@ -15,12 +21,12 @@ def hypothesise(tracks, seen, config):
     size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), turned_ends(turns), axis=2)
-    exact = shows_end(size, near, cut, tracks.size[:, None], config)
+    exact = shows_end(size, near, cut, tracks.size[:, None])
     exact &= ~contradicts_size(tracks, seen, size, near, config)
     misfit, reach = misfits(tracks, seen, heading, size, near, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
     ambiguous = ~exact & np.all(misfit == 0, axis=2)
-    faceless = size[..., ::-1] < config.face_min_m
+    faceless = size[..., ::-1] < FACE_MIN_M
     end_variance = np.where(faceless, config.end_std_m**2, 0.0)
     return Hypotheses(
         heading=heading,
@@ -45,10 +51,10 @@ def at_end(flags, sign):
     return np.where(sign > 0, flags[..., :2], flags[..., 2:])
 
 
-def shows_end(size, near, cut, whole, config):
+def shows_end(size, near, cut, whole):
     """(..., 2) mask of axes on which the near end of a box is the end of the vehicle."""
-    long = size >= config.whole_share * whole
-    return (size[..., ::-1] >= config.face_min_m) | ~at_end(cut, near) & (long | at_end(cut, -near))
+    long = size >= COMPLETE_FRACTION * whole
+    return (size[..., ::-1] >= FACE_MIN_M) | ~at_end(cut, near) & (long | at_end(cut, -near))
 
 
 def contradicts_size(tracks, seen, size, near, config):
@@ -98,11 +104,11 @@ def next_corner(tracks, seen, near, exact, config):
     return np.where(moves, near, tracked).astype(np.int64)
 
 
-def shape_difference(tracks, hypotheses, heading_variance, config):
+def shape_difference(tracks, hypotheses, heading_variance):
     """Squared normalised differences (T, B) of heading, and (T, B, 2) of length and width of boxes that are larger."""
     turn = hypotheses.heading - tracks.heading[:, None]
-    variance = tracks.heading_variance[:, None] + heading_variance + config.heading_std_rad**2
-    excess = np.maximum(hypotheses.size - tracks.size[:, None], 0.0) / config.growth_std_m
+    variance = tracks.heading_variance[:, None] + heading_variance + HEADING_STD_RAD**2
+    excess = np.maximum(hypotheses.size - tracks.size[:, None], 0.0) / GROWTH_STD_M
     return turn**2 / variance, excess**2
 
 
@@ -112,11 +118,11 @@ def score(tracks, hypotheses, seen, config, coasting=None):
     innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view
     squared, determinant = mahalanobis(hypotheses.misfit, innovation)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
-    turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config)
-    shape = np.minimum(turn, config.oddity_max) + np.minimum(excess.sum(axis=2), config.oddity_max)
+    turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2])
+    shape = np.minimum(turn, config.shape_cost_max) + np.minimum(excess.sum(axis=2), config.shape_cost_max)
     cost = shape - 2 * np.logaddexp.reduce(log_likelihood, axis=2)
-    likely = tracks.probability[:, None] >= config.gate_probability_min
-    if not config.oddity_max:
+    likely = tracks.probability[:, None] >= GATE_PROBABILITY_MIN
+    if not config.shape_cost_max:
         return cost, np.any(likely & (squared < config.gate_chi2), axis=2)
     if hypotheses.reach is not None:
         squared = np.minimum(squared, mahalanobis(hypotheses.reach, innovation)[0])

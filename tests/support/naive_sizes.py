@@ -4,17 +4,19 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.tracking.kernels import face_depths
-from luxloop.tracker.tracking.kernels.side_lengths import (
+from luxloop.tracker.vehicle_classes import (
     BACKGROUND_LENGTH_M,
     CAR_LENGTH_MAX_M,
     CLASSES,
+    GRID_M,
     OUTLIER_DENSITY,
     PAIR,
     ROUNDING_M,
     SINGLE_FACE_SHARE,
+    of_background,
+    of_car,
+    of_lorry,
 )
-from luxloop.tracker.tracking.vehicle_sizes import GRID_M
 
 
 def length_log_odds(size, whole, visible_min_m, truncated_probability):
@@ -38,7 +40,7 @@ def vehicle_log_odds(size, whole, truncated_probability):
     longer, shorter = sides[0][0], sides[1][0]
 
     def density(kind):
-        alone = 0.5 * SINGLE_FACE_SHARE * (face_depths.of_lorry if kind.flat else face_depths.of_car)(shorter)
+        alone = 0.5 * SINGLE_FACE_SHARE * (of_lorry if kind.flat else of_car)(shorter)
         return kind.share * sum(
             (
                 side_density(sides[0], one, 0.0)
@@ -48,7 +50,7 @@ def vehicle_log_odds(size, whole, truncated_probability):
         )
 
     low, high = BACKGROUND_LENGTH_M
-    background = face_depths.of_background(shorter) / (math.log(high / low) * max(longer, low))
+    background = of_background(shorter) / (math.log(high / low) * max(longer, low))
     if longer > CAR_LENGTH_MAX_M:
         background += density(PAIR)
     return math.log(sum(map(density, CLASSES)) / background)

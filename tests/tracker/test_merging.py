@@ -5,7 +5,7 @@ import pytest
 
 from luxloop.tracker.merging import MergeConfig, Pieces, hull, may_be_one, merge_segments, one_vehicle
 from luxloop.tracker.records import Segments
-from luxloop.tracker.tracking.footprint import Footprint
+from luxloop.tracker.tracking.confirmation import Footprint
 
 CONFIG = MergeConfig()
 
@@ -28,7 +28,7 @@ CAB, TRAILER = (14.0, 3.0, 0.0, 2.4, 2.5), (5.0, 3.0, 0.0, 10.0, 2.5)
 
 def are_one(both):
     """Return True if both pieces are one vehicle at this instant."""
-    return (0, 1) in may_be_one(both, CONFIG) and one_vehicle(both, 0, 1, CONFIG)
+    return (0, 1) in may_be_one(both) and one_vehicle(both, 0, 1, CONFIG)
 
 
 def test_a_tractor_and_its_trailer_are_one_vehicle():

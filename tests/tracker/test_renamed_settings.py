@@ -45,6 +45,10 @@ def test_the_constant_exists_and_the_old_key_does_not(old):
         ("linkage", "gate = 2.0", "is a constant now, GATE in tracker/detection/faces.py; leave it out"),
         ("shadow", "depth_m = 2.0", "has no settings any more, they are constants; leave it out"),
         ("walls", "beam_rad = 0.01", "leave it out; tracker.walls.beam_rad is tracker.lidar.beam_deg now"),
+        ("life", "confirm_hits = 5", "is tracker.confirmation now"),
+        ("association", "oddity_max = 0.0", "is tracker.association.shape_cost_max now"),
+        ("filters", "jerk_time_s = 1.0", "is a constant now, JERK_TIME_S in tracker/tracking/filters.py; leave it out"),
+        ("orientation.flow", "lane_m = 2.0", "has no settings any more, they are constants; leave it out"),
     ],
 )
 def test_a_scenario_with_an_old_key_is_refused_in_one_line_that_says_so(tmp_path, section, key, message):

@@ -6,10 +6,9 @@ from support import naive_boxes
 
 from luxloop.tracker.geometry import inside
 from luxloop.tracker.kernels import boxes
-from luxloop.tracker.kernels.free_space import turned_returns
 from luxloop.tracker.kernels.odometry import placed
-from luxloop.tracker.merging import MergeConfig, Pieces, fits, gap, hull, may_be_one
-from luxloop.tracker.seen_through import seen_through
+from luxloop.tracker.merging import HITS_MIN, LONGEST_M, TURN_MAX_RAD, WIDEST_M, Pieces, fits, gap, hull, may_be_one
+from luxloop.tracker.seen_through import seen_through, turned_returns
 
 
 def random_pieces(rng, count=12):
@@ -22,26 +21,26 @@ def random_pieces(rng, count=12):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_hulls_and_pairs_equal_the_reference(seed):
-    pieces, config = random_pieces(np.random.default_rng(seed)), MergeConfig()
+    pieces = random_pieces(np.random.default_rng(seed))
     expected = []
     for a in range(12):
         for b in range(12):
             low, high = naive_boxes.hull(pieces, a, b)
             np.testing.assert_allclose(hull(pieces, a, b), (low, high), atol=1e-12)
             assert gap(pieces, a, b) == pytest.approx(high[0] - low[0] - pieces.size[[a, b], 0].sum())
-            fit = bool(high[0] - low[0] <= config.length_max_m and high[1] - low[1] <= config.width_max_m)
-            assert fits(pieces, a, b, config) is fit
-            near = np.hypot(*(pieces.center[b] - pieces.center[a])) < config.length_max_m
-            turn = abs(np.sin(2 * (pieces.heading[b] - pieces.heading[a]))) <= 2 * config.turn_max_rad
-            known = (pieces.hits[[a, b]] >= config.hits_min).all()
+            fit = bool(high[0] - low[0] <= LONGEST_M and high[1] - low[1] <= WIDEST_M)
+            assert fits(pieces, a, b) is fit
+            near = np.hypot(*(pieces.center[b] - pieces.center[a])) < LONGEST_M
+            turn = abs(np.sin(2 * (pieces.heading[b] - pieces.heading[a]))) <= 2 * TURN_MAX_RAD
+            known = (pieces.hits[[a, b]] >= HITS_MIN).all()
             if a < b and near and turn and known and fit:
                 expected.append((a, b))
-    assert may_be_one(pieces, config) == expected
+    assert may_be_one(pieces) == expected
 
 
 def test_pairs_of_no_pieces():
     none = Pieces(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
-    assert may_be_one(none, MergeConfig()) == []
+    assert may_be_one(none) == []
 
 
 def test_points_inside_boxes_equal_the_reference():

@@ -1,4 +1,4 @@
-"""Track confirmation: probability that a track is a vehicle, from the shape of its views and from its motion."""
+"""Evidence of several views of one object, whose errors are correlated."""
 
 import cmath
 import math
@@ -6,14 +6,70 @@ from dataclasses import dataclass
 
 from luxloop.tracker.arrays import Floats
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.tracking.correlated_views import correlated_sum
-from luxloop.tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
-from luxloop.tracker.tracking.kernels.side_lengths import vehicle_log_odds
 from luxloop.tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.vehicle_classes import FACE_MIN_M, TRUNCATED_PROBABILITY, vehicle_log_odds
+
+
+def correlated_sum(total: float, views: int, correlation: float) -> float:
+    """Return the evidence of a `total` of log-odds over views of one object, whose errors are correlated.
+
+    The evidence of n equal views with correlation r is that of n / (1 + (n - 1) r).
+    """
+    return total / (1.0 + correlation * max(views - 1, 0))
+
+
+LEFT_MARGIN_M = 1.5
+"""Clearance of a vehicle that left a place [m]: the position of a small piece of wall along the wall is this
+uncertain."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Footprint:
+    """Rectangle covered by the visible part of a track, odometry frame."""
+
+    center: Floats
+    """(2,) centre of the visible part [m]."""
+    heading: float
+    """[rad]."""
+    size: Floats
+    """(2,) extent of the visible part along and across the heading [m]."""
+
+    def clear_of(self, other: "Footprint") -> tuple[bool, bool]:
+        """Flags of the axes, along and across this heading, on which the two footprints do not overlap.
+
+        The speed of a filter does not show that an object moved: while more and more of a wall comes into view, its
+        centre moves like that of a vehicle, but it always overlaps its first footprint.
+        """
+        (length, width), (other_length, other_width) = self.size.tolist(), other.size.tolist()
+        away = complex(*(self.center - other.center).tolist()) * cmath.rect(1.0, -self.heading)
+        turn = cmath.rect(1.0, other.heading - self.heading)
+        cos, sin = abs(turn.real), abs(turn.imag)
+        along = 0.5 * (length + cos * other_length + sin * other_width)
+        across = 0.5 * (width + sin * other_length + cos * other_width)
+        return abs(away.real) > along + LEFT_MARGIN_M, abs(away.imag) > across + LEFT_MARGIN_M
+
+
+VIEW_CORRELATION = 0.2
+"""Correlation of the views of one object: the evidence of many equal views is that of five."""
+
+VIEW_LOG_ODDS_MAX = 2.0
+"""Maximum evidence of one view against a vehicle, log-odds."""
+
+VEHICLE_LOG_ODDS_MAX = 3.0
+"""Maximum evidence of one view for a vehicle, log-odds."""
+
+FLAT_LOG_ODDS = 2.0
+"""Evidence against a vehicle of a side that a vehicle would show, but is missing, log-odds."""
+
+MOTION_LOG_ODDS = 20.0
+"""Evidence of an object that left its first place, log-odds: background does not move."""
+
+MOVED_VIEWS_MIN = 3
+"""Minimum number of successive observations of an end away from its first place that are motion."""
 
 
 @dataclass(frozen=True, slots=True)
-class TrackLifeConfig:
+class ConfirmationConfig:
     """Track confirmation, coasting and termination."""
 
     vehicle_prior: float = 0.5
@@ -22,39 +78,20 @@ class TrackLifeConfig:
     """Probability of a vehicle at which a track is confirmed; at the opposite one it becomes tentative again."""
     confirm_hits: int = 3
     """Minimum number of observations for confirmation."""
-    view_correlation: float = 0.2
-    """Correlation of the views of one object: the evidence of many equal views is that of five."""
-    view_log_odds_max: float = 2.0
-    """Maximum evidence of one view against a vehicle, log-odds."""
-    vehicle_log_odds_max: float = 3.0
-    """Maximum evidence of one view for a vehicle, log-odds."""
-    flat_log_odds: float = 2.0
-    """Evidence against a vehicle of a side that a vehicle would show, but is missing, log-odds."""
-    motion_log_odds: float = 20.0
-    """Evidence of an object that left its first place, log-odds: background does not move."""
-    moved_views_min: int = 3
-    """Minimum number of successive observations of an end away from its first place that are motion."""
-    truncated_probability: float = 0.3
-    """Probability that a side that seems whole is truncated: thin occluders and lost beams are not detected."""
     tentative_coast_s: float = 0.15
     """A tentative track is terminated if it was not seen for longer than this before the last scan [s]."""
     gap_s: float = 0.25
     """A confirmed track stays confirmed through gaps up to this length [s] and coasts after it."""
-    heading_gate_sigma: float = 4.0
-    """Gate on the heading innovation, in standard deviations."""
-    heading_rejections_max: int = 8
-    """Number of rejected headings in a row after which the next one is accepted."""
 
     def __post_init__(self) -> None:
         require_within(self, 0.5, 1.0 - 1e-9, "confirm_probability")
-        require_within(self, 0.0, 1.0, "view_correlation", "truncated_probability")
         require_within(self, 1e-9, 1.0 - 1e-9, "vehicle_prior")
 
 
 class Confirmation:
     """Log-odds that one track is a vehicle, from the prior at its birth."""
 
-    def __init__(self, config: TrackLifeConfig, birthplace: Footprint) -> None:
+    def __init__(self, config: ConfirmationConfig, birthplace: Footprint) -> None:
         self._config = config
         self._least = math.log(config.confirm_probability / (1.0 - config.confirm_probability))
         self._prior = math.log(config.vehicle_prior / (1.0 - config.vehicle_prior))
@@ -74,8 +111,8 @@ class Confirmation:
     @property
     def log_odds(self) -> float:
         """Log-odds of a vehicle."""
-        shape = correlated_sum(self._shape_sum, self._views, self._config.view_correlation)
-        return self._prior + shape + self.left * self._config.motion_log_odds
+        shape = correlated_sum(self._shape_sum, self._views, VIEW_CORRELATION)
+        return self._prior + shape + self.left * MOTION_LOG_ODDS
 
     def confirms(self, hits: int) -> bool:
         """Return True if the track is a vehicle, after `hits` observations."""
@@ -88,9 +125,8 @@ class Confirmation:
 
     def count(self, seen: TrackObservation) -> None:
         """Count a view as evidence for or against a vehicle."""
-        config = self._config
-        shape = vehicle_log_odds(seen.size, seen.whole, config.truncated_probability) - config.flat_log_odds * seen.flat
-        self._shape_sum += min(max(shape, -config.view_log_odds_max), config.vehicle_log_odds_max)
+        shape = vehicle_log_odds(seen.size, seen.whole, TRUNCATED_PROBABILITY) - FLAT_LOG_ODDS * seen.flat
+        self._shape_sum += min(max(shape, -VIEW_LOG_ODDS_MAX), VEHICLE_LOG_ODDS_MAX)
         self._views += 1
 
     def reacquire(self, same: float) -> None:
@@ -113,7 +149,6 @@ class Confirmation:
         Its tracked corner is at (2,) [m]. A single truncated face seems to slide along itself when its occluder moves,
         so only its motion across counts.
         """
-        config = self._config
         self._birthplace = self._birthplace or footprint
         length, width = seen.size.tolist()
         faces = width > FACE_MIN_M, length > FACE_MIN_M
@@ -128,8 +163,8 @@ class Confirmation:
                 moves |= abs(shift.imag if axis else shift.real) > LEFT_MARGIN_M
         self._moved_views = self._moved_views + 1 if moves else 0
         self._moving_views = self._moving_views + 1 if moving else 0
-        self.left |= self._moved_views >= config.moved_views_min
-        self.left |= self._moved_before_hidden and self._moving_views >= config.moved_views_min
+        self.left |= self._moved_views >= MOVED_VIEWS_MIN
+        self.left |= self._moved_before_hidden and self._moving_views >= MOVED_VIEWS_MIN
 
     def turn(self) -> None:
         """Forget the ends of the object, whose names change when its heading is turned by quarters."""
@@ -138,6 +173,3 @@ class Confirmation:
 
 CERTAIN = 1.0 - 1e-9
 """Largest probability of a vehicle, for finite log-odds."""
-
-FACE_MIN_M = 0.6
-"""Minimum visible extent of a side [m]; corners are rounded by 0.25 to 0.4."""

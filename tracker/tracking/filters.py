@@ -16,8 +16,8 @@ import numpy as np
 
 from luxloop.tracker.arrays import Floats
 from luxloop.tracker.bounds import require_within
+from luxloop.tracker.compiled import kernel
 from luxloop.tracker.records import MODEL_NAMES
-from luxloop.tracker.tracking.kernels import kalman
 
 STATE_DIM = 6
 """x, y, vx, vy, ax, ay [m, s]."""
@@ -26,6 +26,35 @@ ModelName = Literal["stationary", "cv", "ca", "ctrv", "ctra", "two-axle"]
 
 ORDERS = dict(zip(MODEL_NAMES, (1, 2, 3, 2, 3, 3), strict=True))
 """Order of the highest derivative that each model estimates; it omits the higher ones."""
+
+
+DRIFT_DENSITY_M2PS = 4e-4
+"""Stationary model: the visible corner of a stationary vehicle drifts by about 2 cm in a second, as the view of its
+rounded end changes [m^2/s]."""
+
+ACCELERATION_TIME_S = 1.0
+"""Its correlation time [s]; the spectral density is 2 x 0.1^2 x 1 = 0.02 m^2/s^3."""
+
+JERK_TIME_S = 0.5
+"""Its correlation time, the duration of a pedal movement [s]; the spectral density is 2 x 1^2 x 0.5 = 1 m^2/s^5."""
+
+YAW_ACCELERATION_STD_RADPS2 = 0.6
+"""Heading filter: yaw acceleration into a turn of 10 m radius at 6 m/s, to 0.6 rad/s in one second [rad/s^2]."""
+
+YAW_ACCELERATION_TIME_S = 0.04
+"""Its correlation time, half a scan period because steering is independent from scan to scan [s]; the spectral
+density is 2 x 0.6^2 x 0.04 = 0.029 rad^2/s^3."""
+
+STARTING_SPEED_STD_MPS = 0.6
+"""Standard deviation of the speed at the change from stationary to moving [m/s]: what a vehicle gains at
+`MANOEUVRE_STD_MPS2` in the five scans before its motion is evident."""
+
+MANOEUVRE_STD_MPS2 = 1.5
+"""Standard deviation of the acceleration at the start of a manoeuvre; comfortable driving stays below 2 to 3
+[m/s^2]."""
+
+INITIAL_YAW_RATE_STD_RADPS = 0.2
+"""Standard deviation of the initial yaw rate [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,56 +70,18 @@ class FilterConfig:
     models: tuple[ModelName, ...] = ("stationary", "cv", "ca")
     """Motion models of the bank, each once. `ctrv` turns at a constant rate with constant speed, `ctra` with a constant
     change of speed, and `two-axle` is the kinematic single-track model."""
-    drift_density_m2ps: float = 4e-4
-    """Stationary model: the visible corner of a stationary vehicle drifts by about 2 cm in a second, as the view of its
-    rounded end changes [m^2/s]."""
     acceleration_std_mps2: float = 0.1
     """Constant velocity model: unintended acceleration of a driver who keeps the speed [m/s^2]. Following drivers
     oscillate by about 0.2 without noticing (Wiedemann 1974): two standard deviations."""
-    acceleration_time_s: float = 1.0
-    """Its correlation time [s]; the spectral density is 2 x 0.1^2 x 1 = 0.02 m^2/s^3."""
     jerk_std_mps3: float = 1.0
     """Constant acceleration model: jerk; ordinary driving stays below 2 to 3, at least two standard deviations
     [m/s^3]."""
-    jerk_time_s: float = 0.5
-    """Its correlation time, the duration of a pedal movement [s]; the spectral density is 2 x 1^2 x 0.5 = 1 m^2/s^5."""
-    yaw_acceleration_std_radps2: float = 0.6
-    """Heading filter: yaw acceleration into a turn of 10 m radius at 6 m/s, to 0.6 rad/s in one second [rad/s^2]."""
-    yaw_acceleration_time_s: float = 0.04
-    """Its correlation time, half a scan period because steering is independent from scan to scan [s]; the spectral
-    density is 2 x 0.6^2 x 0.04 = 0.029 rad^2/s^3."""
     heading: Literal["adaptive", "paper"] = "adaptive"
     """`adaptive`: the noise of the yaw rate follows from the speed, and outliers are weighed by their probability.
-    `paper`: constant noise, `yaw_acceleration_std_radps2`, a yaw rate of zero in all models but constant acceleration,
-    and the gate `life.heading_gate_sigma`."""
-    yaw_rate_time_s: float = 1.0
-    """`adaptive`: correlation time of the yaw rate [s]: half of a turn at a crossing."""
-    curvature_std_per_m: float = 0.1
-    """`adaptive`: standard deviation of the curvature [1/m]: cars turn on 5 m at least, two standard deviations."""
-    lateral_acceleration_std_mps2: float = 4.0
-    """`adaptive`: standard deviation of the lateral acceleration [m/s^2]: the grip of dry roads, 8, is two of them."""
-    heading_drift_density_rad2ps: float = 1e-4
-    """`adaptive`: the visible outline of a body, and with it the fit, turns by about half a degree in a second
-    [rad^2/s]."""
-    course_time_s: float = 0.5
-    """`adaptive`: time for which the error of the direction of motion lasts, the memory of the velocity filter [s]."""
-    slip_std_rad: float = 0.02
-    """`adaptive`: standard deviation of the angle between heading and motion of the rear axle, by side slip [rad]."""
-    heading_outlier_share: float = 0.05
-    """`adaptive`: share of headings that are outliers, as arcs fitted as sides: 2 of 55 recorded vehicles."""
-    heading_restart_s: float = 0.5
-    """`adaptive`: time for which headings must agree with one another, and not with the track, to replace its
-    heading [s]."""
-    starting_speed_std_mps: float = 0.6
-    """Standard deviation of the speed at the change from stationary to moving [m/s]: what a vehicle gains at
-    `manoeuvre_std_mps2` in the five scans before its motion is evident."""
-    manoeuvre_std_mps2: float = 1.5
-    """Standard deviation of the acceleration at the start of a manoeuvre; comfortable driving stays below 2 to 3
-    [m/s^2]."""
+    `paper`: constant noise, `YAW_ACCELERATION_STD_RADPS2`, a yaw rate of zero in all models but constant acceleration,
+    and the gate `HEADING_GATE_SIGMA`."""
     initial_speed_std_mps: float = 8.0
     """Standard deviation of the initial speed: urban traffic up to 60 km/h is two standard deviations [m/s]."""
-    initial_yaw_rate_std_radps: float = 0.2
-    """Standard deviation of the initial yaw rate [rad/s]."""
     position_std_floor_m: float = 0.007
     """Corner noise that the fit does not model: beams meet the outline at other places in each scan [m]."""
     heading_std_floor_rad: float = 0.02
@@ -99,15 +90,8 @@ class FilterConfig:
     def __post_init__(self) -> None:
         if not self.models or len(set(self.models)) < len(self.models):
             raise ValueError(f"models is {list(self.models)}; name one model or more, each once")
-        require_within(self, 1e-9, 1e3, "drift_density_m2ps", "acceleration_std_mps2", "jerk_std_mps3")
-        require_within(self, 1e-6, 1e3, "acceleration_time_s", "jerk_time_s", "yaw_acceleration_time_s")
-        require_within(self, 1e-6, 1e3, "yaw_acceleration_std_radps2", "initial_yaw_rate_std_radps")
-        require_within(self, 1e-6, 1e3, "starting_speed_std_mps", "manoeuvre_std_mps2", "initial_speed_std_mps")
-        require_within(self, 1e-6, 1e3, "position_std_floor_m", "heading_std_floor_rad")
-        require_within(self, 1e-6, 1e3, "yaw_rate_time_s", "curvature_std_per_m", "lateral_acceleration_std_mps2")
-        require_within(self, 0.0, 1e3, "heading_drift_density_rad2ps", "heading_restart_s")
-        require_within(self, 0.0, 1e3, "course_time_s", "slip_std_rad")
-        require_within(self, 1e-6, 0.5, "heading_outlier_share")
+        require_within(self, 1e-9, 1e3, "acceleration_std_mps2", "jerk_std_mps3")
+        require_within(self, 1e-6, 1e3, "initial_speed_std_mps", "position_std_floor_m", "heading_std_floor_rad")
 
 
 def integrator(order: int, dt: float) -> Floats:
@@ -123,9 +107,9 @@ def integrator(order: int, dt: float) -> Floats:
 def density(order: int, config: FilterConfig) -> float:
     """Spectral density of the position derivative that a model of this order assumes to be white noise."""
     return (
-        config.drift_density_m2ps,
-        2 * config.acceleration_std_mps2**2 * config.acceleration_time_s,
-        2 * config.jerk_std_mps3**2 * config.jerk_time_s,
+        DRIFT_DENSITY_M2PS,
+        2 * config.acceleration_std_mps2**2 * ACCELERATION_TIME_S,
+        2 * config.jerk_std_mps3**2 * JERK_TIME_S,
     )[order - 1]
 
 
@@ -168,13 +152,13 @@ class Motion:
 @lru_cache(maxsize=8)
 def motion(dt: float, config: FilterConfig) -> Motion:
     """Return equations (7), (8) and (9) for a time step `dt` [s]; cached, because scans have a constant period."""
-    axes, prior = np.eye(2), prior_variances(config)
+    axes, prior = np.eye(2), prior_variances()
     transition, noise = np.zeros((2, len(config.models), 3, 3))
     for m, order in enumerate(ORDERS[name] for name in config.models):
         transition[m, :order, :order] = integrator(order, dt)
         noise[m] = np.diag(np.where(np.arange(3) < order, 0.0, prior))
         noise[m, :order, :order] = process_noise(order, dt, density(order, config))
-    turning = 2 * config.yaw_acceleration_std_radps2**2 * config.yaw_acceleration_time_s
+    turning = 2 * YAW_ACCELERATION_STD_RADPS2**2 * YAW_ACCELERATION_TIME_S
     return Motion(
         dt=dt,
         names=config.models,
@@ -183,9 +167,9 @@ def motion(dt: float, config: FilterConfig) -> Motion:
     )
 
 
-def prior_variances(config: FilterConfig) -> Floats:
+def prior_variances() -> Floats:
     """(3,) prior variance of position, velocity and acceleration in models that omit them."""
-    return np.square([0.0, config.starting_speed_std_mps, config.manoeuvre_std_mps2])
+    return np.square([0.0, STARTING_SPEED_STD_MPS, MANOEUVRE_STD_MPS2])
 
 
 @dataclass(slots=True, eq=False)
@@ -199,13 +183,13 @@ class Filters:
 
     def predict(self, step: Step) -> None:
         """Move on by one time step."""
-        moved = kalman.predict(*self._rows(), _matrices(step.transition), _matrices(step.noise))
+        moved = predict_rows(*self._rows(), _matrices(step.transition), _matrices(step.noise))
         self._set_rows(*moved)
 
     def correct(self, residual: Floats, noise: Floats) -> None:
         """Correct by innovations (..., m) of the first m states, 1 or 2, with noise (m, m) or (..., m, m)."""
         rows = residual.reshape(-1, residual.shape[-1])
-        self._set_rows(*kalman.correct(*self._rows(), rows, _matrices(noise)))
+        self._set_rows(*correct_rows(*self._rows(), rows, _matrices(noise)))
 
     def _rows(self) -> tuple[Floats, Floats]:
         """Means (K, n) and covariances (K, n, n) of all filters."""
@@ -236,7 +220,7 @@ def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) 
 @lru_cache(maxsize=8)
 def initial_covariances(config: FilterConfig) -> Floats:
     """(M, 6, 6) prior covariances of the filters of a new track, one per model."""
-    prior = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
+    prior = np.square([0.0, config.initial_speed_std_mps, MANOEUVRE_STD_MPS2])
     return np.tile(np.diag(np.repeat(prior, 2)), (len(config.models), 1, 1))
 
 
@@ -249,6 +233,78 @@ def moved(offset: Floats, yaw_rate: float) -> Floats:
     return np.array([x, y, -yaw_rate * y, yaw_rate * x, -(yaw_rate**2) * x, -(yaw_rate**2) * y])
 
 
-def heading_filter(heading: float, variance: float, config: FilterConfig) -> Filters:
+def heading_filter(heading: float, variance: float) -> Filters:
     """Return the heading filter: the block of (9) with state (heading, yaw rate), coupled by the time step."""
-    return Filters(np.array([[heading, 0.0]]), np.diag([variance, config.initial_yaw_rate_std_radps**2])[None])
+    return Filters(np.array([[heading, 0.0]]), np.diag([variance, INITIAL_YAW_RATE_STD_RADPS**2])[None])
+
+
+@kernel()
+def predict_rows(mean: Floats, covariance: Floats, transition: Floats, noise: Floats) -> tuple[Floats, Floats]:
+    """Return the means (K, n) and covariances (K, n, n) after one time step.
+
+    Transitions and process noise (S, n, n) repeat after S filters.
+    """
+    count, n = mean.shape
+    moved, spread = np.zeros((count, n)), np.empty((count, n, n))
+    half = np.empty((n, n))
+    for k in range(count):
+        f, q = transition[k % len(transition)], noise[k % len(noise)]
+        for i in range(n):
+            for j in range(n):
+                half[i, j] = 0.0
+            for j in range(n):
+                if f[i, j] != 0.0:  # transitions are sparse
+                    moved[k, i] += f[i, j] * mean[k, j]
+                    for m in range(n):
+                        half[i, m] += f[i, j] * covariance[k, j, m]
+        for i in range(n):
+            for j in range(n):
+                spread[k, i, j] = q[i, j]
+        for j in range(n):
+            for m in range(n):
+                if f[j, m] != 0.0:
+                    for i in range(n):
+                        spread[k, i, j] += half[i, m] * f[j, m]
+    return moved, spread
+
+
+@kernel()
+def correct_rows(mean: Floats, covariance: Floats, residual: Floats, noise: Floats) -> tuple[Floats, Floats]:
+    """Return the means (K, n) and covariances (K, n, n) after a measurement of the first one or two states.
+
+    Innovations are (K, m), and the measurement noise (S, m, m) is that of K / S successive filters each.
+    """
+    count, n = mean.shape
+    corrected, spread = np.empty((count, n)), np.empty((count, n, n))
+    for k in range(count):
+        r = noise[k * len(noise) // count]
+        gain = gains(covariance[k], r)
+        for i in range(n):
+            corrected[k, i] = mean[k, i]
+            for m in range(len(r)):
+                corrected[k, i] += gain[i, m] * residual[k, m]
+            for j in range(i + 1):
+                low, high = covariance[k, i, j], covariance[k, j, i]
+                for m in range(len(r)):
+                    low -= gain[i, m] * covariance[k, m, j]
+                    high -= gain[j, m] * covariance[k, m, i]
+                spread[k, i, j] = spread[k, j, i] = 0.5 * (low + high)
+    return corrected, spread
+
+
+@kernel()
+def gains(covariance: Floats, noise: Floats) -> Floats:
+    """(n, m) Kalman gain of a measurement of the first one or two states, with noise (m, m)."""
+    n, m = len(covariance), len(noise)
+    gain = np.empty((n, m))
+    xx = covariance[0, 0] + noise[0, 0]
+    if m == 1:
+        for i in range(n):
+            gain[i, 0] = covariance[i, 0] / xx
+        return gain
+    xy, yy = covariance[0, 1] + noise[0, 1], covariance[1, 1] + noise[1, 1]
+    determinant = xx * yy - xy * xy
+    for i in range(n):
+        gain[i, 0] = (covariance[i, 0] * yy - covariance[i, 1] * xy) / determinant
+        gain[i, 1] = (covariance[i, 1] * xx - covariance[i, 0] * xy) / determinant
+    return gain

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from luxloop.tracker.arrays import Floats
+from luxloop.tracker.tracking import corner_error
 from luxloop.tracker.tracking.corner_estimator import CornerEstimator
 from luxloop.tracker.tracking.filter_bank import ScoredFilters
 from luxloop.tracker.tracking.filters import Filters, stacked
 from luxloop.tracker.tracking.independent_filters import IndependentFilters
-from luxloop.tracker.tracking.kernels import corner_error
 from luxloop.tracker.tracking.kernels import filter_banks as kernel
 from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_observation import TrackObservation

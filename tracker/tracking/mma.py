@@ -24,6 +24,10 @@ STATIONARY, CV, CA = (MODELS.index(model) for model in ("stationary", "cv", "ca"
 """Their indices in the standard set."""
 
 
+STOPPING_TIME_S = 0.2
+"""Time constant of the change from a moving model below that speed to the stationary one [s]."""
+
+
 @dataclass(frozen=True, slots=True)
 class MmaConfig:
     """Multiple-model association."""
@@ -38,8 +42,6 @@ class MmaConfig:
     standing_mps: float = 0.28
     """A slower vehicle is stationary [m/s]: 1 km/h, far below the creep of an idling automatic car. A corner with an
     error of 5 cm, observed for a second at 12.5 Hz, gives the speed to 5 cm/s, a fifth of this."""
-    stopping_time_s: float = 0.2
-    """Time constant of the change from a moving model below that speed to the stationary one [s]."""
     tail_dof: float = 4.0
     """Degrees of freedom of the t-distribution of corner noise: few mean heavy tails, 1e6 is nearly normal."""
     probability_floor: float = 0.02
@@ -48,8 +50,8 @@ class MmaConfig:
     def __post_init__(self) -> None:
         if not 0 < self.probability_floor < 1 / len(MODEL_NAMES):
             raise ValueError(f"probability_floor must lie between 0 and 1/{len(MODEL_NAMES)}")
-        if not 0 < self.stopping_time_s <= self.mode_time_s:
-            raise ValueError("stopping_time_s must be above 0 and no longer than mode_time_s")
+        if self.mode_time_s < STOPPING_TIME_S:
+            raise ValueError(f"mode_time_s is {self.mode_time_s}; give {STOPPING_TIME_S} or more")
         if self.tail_dof <= 0:
             raise ValueError(f"tail_dof is {self.tail_dof}; give a number above 0, as 1e6 for normal tails")
 
@@ -74,7 +76,7 @@ def transitions(filters: Filters, dt: float, config: MmaConfig, models: tuple[st
 def changes(dt: float, config: MmaConfig, models: tuple[str, ...]) -> kernel.Changes:
     """Return the changes of the mode within `dt` [s]."""
     leaves = -math.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
-    stops = -math.expm1(-dt / config.stopping_time_s)
+    stops = -math.expm1(-dt / STOPPING_TIME_S)
     stationary = models.index("stationary") if "stationary" in models else -1
     return kernel.Changes(leaves, stops, stationary, config.standing_mps, LEAST_PROBABILITY)
 

@@ -7,16 +7,14 @@ import numpy as np
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.geometry import rotate_one
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking import extent, orientation
-from luxloop.tracker.tracking.confirmation import Confirmation
+from luxloop.tracker.tracking import orientation, vehicle_size
+from luxloop.tracker.tracking.confirmation import Confirmation, Footprint
 from luxloop.tracker.tracking.corner_estimator import CornerEstimator
 from luxloop.tracker.tracking.existence import existence, same_vehicle
 from luxloop.tracker.tracking.filter_bank import FilterBank
 from luxloop.tracker.tracking.filters import Motion
-from luxloop.tracker.tracking.footprint import Footprint
-from luxloop.tracker.tracking.heading_estimator import HeadingEstimator
-from luxloop.tracker.tracking.orientation import Course
-from luxloop.tracker.tracking.size_estimator import SizeEstimator
+from luxloop.tracker.tracking.heading import HeadingEstimator
+from luxloop.tracker.tracking.orientation import TURN_LOG_ODDS, Course
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_observation import TrackObservation
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
@@ -28,6 +26,8 @@ from luxloop.tracker.tracking.turning import (
     with_turn,
     with_turning_acceleration,
 )
+from luxloop.tracker.tracking.vehicle_size import SizeEstimator
+from luxloop.tracker.vehicle_classes import WIDE_M
 
 
 class Track:
@@ -63,7 +63,7 @@ class Track:
         self._heading.observe_sides(first.size, first.whole)
         self._size = SizeEstimator(first.size, first.whole, config.extent)
         self.corner = CornerEstimator(position, first, self.heading, self._unseen_size, config, bank)
-        self._confirmation = Confirmation(config.life, self.footprint)
+        self._confirmation = Confirmation(config.confirmation, self.footprint)
         self._confirmation.count(first)
         self._axis_log_odds = -np.inf
         """Log-odds that the length is along the heading: a box turned by a quarter would cover another place."""
@@ -139,13 +139,13 @@ class Track:
     @property
     def shows_direction(self) -> bool:
         """True if the direction of the vehicle is known: confirmed by motion, or by the length of its side."""
-        known = self._heading.oriented or self.seen_size[0] > self._config.extent.length_min_m
+        known = self._heading.oriented or self.seen_size[0] > WIDE_M
         return known and self.status is Status.CONFIRMED
 
     @property
     def long(self) -> bool:
         """True if the vehicle is longer than a car."""
-        return extent.long(self.seen_size, self._config.extent)
+        return vehicle_size.long(self.seen_size)
 
     @property
     def footprint(self) -> Footprint:
@@ -186,7 +186,7 @@ class Track:
         """
         if self.status is Status.COASTING and not self.seen:
             density = self.corner.density(seen, self.heading)
-            same = same_vehicle(self.unseen_s, density, self._config.memory)
+            same = same_vehicle(self.unseen_s, density, self._config.existence)
             self._confirmation.reacquire(same)
         return self.corner.start(seen, self.unseen_s) if self.hits == 1 else seen
 
@@ -210,15 +210,12 @@ class Track:
 
     def orient(self, flow: TrafficFlow) -> None:
         """Turn a stationary vehicle to its likeliest direction; motion has precedence, unless it is too wide."""
-        config = self._config.orientation
-        moved = self._heading.oriented and self.seen_size.item(1) <= config.width_max_m
+        moved = self._heading.oriented and self.seen_size.item(1) <= WIDE_M
         if moved or self._course is not None:
             self._axis_log_odds = np.inf
             return
         flow, place = flow.without(self.id), self.footprint.center
-        turns = orientation.likeliest_turns(
-            self._heading.length_log_odds, place, self.heading, flow, config.turn_log_odds
-        )
+        turns = orientation.likeliest_turns(self._heading.length_log_odds, place, self.heading, flow, TURN_LOG_ODDS)
         self._turn(turns)
         self._axis_log_odds = self._heading.length_log_odds + flow.axis_log_odds(place, self.heading)
 
@@ -238,23 +235,23 @@ class Track:
         """Update the status after an observation: confirm or refute the track, or terminate one that is too large."""
         if self.status is Status.DEAD or not self.seen:
             return
-        sure = self._axis_log_odds >= self._config.orientation.turn_log_odds
+        sure = self._axis_log_odds >= TURN_LOG_ODDS
         if sure and self._confirmation.confirms(self.hits):
             self.status = Status.CONFIRMED
         elif self._confirmation.refutes:
             self.status = Status.TENTATIVE
-        if extent.too_large(self.seen_size, self._config.extent):
+        if vehicle_size.too_large(self.seen_size):
             self.status = Status.DEAD
 
     def _wait(self, missed_s: float) -> None:
         """Let a track coast that was not seen for a while, `missed_s` before this scan; terminate it in the end."""
-        life, memory = self._config.life, self._config.memory
+        confirmation, memory = self._config.confirmation, self._config.existence
         if self.status is Status.TENTATIVE:
-            if missed_s > life.tentative_coast_s:
+            if missed_s > confirmation.tentative_coast_s:
                 self.status = Status.DEAD
         elif existence(self.unseen_s, 1.0, memory) < memory.existence_min:
             self.status = Status.DEAD
-        elif self.unseen_s > life.gap_s:
+        elif self.unseen_s > confirmation.gap_s:
             self.status = Status.COASTING
 
     def _bank_motion(self, motion: Motion) -> Motion:

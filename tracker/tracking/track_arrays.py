@@ -10,12 +10,12 @@ from luxloop.tracker.geometry import inside
 from luxloop.tracker.kernels import boxes as kernel
 from luxloop.tracker.merging import Pieces
 from luxloop.tracker.records import MODELS
-from luxloop.tracker.tracking import extent
+from luxloop.tracker.tracking import vehicle_size
+from luxloop.tracker.tracking.corner_error import rotated
 from luxloop.tracker.tracking.filters import STATE_DIM, stacked
 from luxloop.tracker.tracking.hypotheses import Predictions
-from luxloop.tracker.tracking.kernels.corner_error import rotated
 from luxloop.tracker.tracking.track import Track
-from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 
 
 class TrackedCorners(NamedTuple):
@@ -62,7 +62,7 @@ def seen_sizes(tracks: Sequence[Track]) -> Floats:
 def likely_sizes(tracks: Sequence[Track]) -> Floats:
     """(T, 2) parts of lengths and widths that probably exist, from the tracked corners on [m]."""
     std = np.array([track.size_std for track in tracks]).reshape(-1, 2)
-    return extent.likely(seen_sizes(tracks), sizes(tracks), std)
+    return vehicle_size.likely(seen_sizes(tracks), sizes(tracks), std)
 
 
 def boxes(tracks: Sequence[Track]) -> tuple[Floats, Floats, Floats]:
@@ -88,11 +88,11 @@ def pieces(tracks: Sequence[Track]) -> Pieces:
     return Pieces(*seen, corners.velocity, np.array([track.hits for track in tracks]))
 
 
-def flow(tracks: Sequence[Track], forward: float, config: FlowConfig) -> TrafficFlow:
+def flow(tracks: Sequence[Track], forward: float) -> TrafficFlow:
     """Return positions and directions of the tracks whose direction is known, beside an ego of heading `forward`."""
     known = [track for track in tracks if track.shows_direction]
     corners, ids = tracked_corners(known), np.array([track.id for track in known], dtype=np.int64)
-    return TrafficFlow(ids, corners.corner, corners.heading, forward, config)
+    return TrafficFlow(ids, corners.corner, corners.heading, forward)
 
 
 def predictions(tracks: Sequence[Track]) -> Predictions:

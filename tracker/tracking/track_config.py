@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.confirmation import ConfirmationConfig
 from luxloop.tracker.tracking.corner_error import CornerConfig
-from luxloop.tracker.tracking.existence import MemoryConfig
-from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.existence import ExistenceConfig
 from luxloop.tracker.tracking.filters import FilterConfig
 from luxloop.tracker.tracking.orientation import OrientationConfig
+from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,5 +18,5 @@ class TrackConfig:
     extent: ExtentConfig
     orientation: OrientationConfig
     corner: CornerConfig
-    life: TrackLifeConfig
-    memory: MemoryConfig
+    confirmation: ConfirmationConfig
+    existence: ExistenceConfig

@@ -7,19 +7,17 @@ import numpy as np
 
 from luxloop.tracker.arrays import Bools, Ints
 from luxloop.tracker.geometry import inside
-from luxloop.tracker.merging import MergeConfig, fits, hull, may_be_one, one_vehicle
+from luxloop.tracker.merging import MergeConfig, RigidPairs, fits, hull, may_be_one, one_vehicle
 from luxloop.tracker.records import NO_TRACK, Status
 from luxloop.tracker.tracking import orientation, track_arrays
-from luxloop.tracker.tracking.hypotheses import HypothesisConfig
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.rigid_pairs import RigidPairs
-from luxloop.tracker.tracking.size_estimator import SizeEstimator
 from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_arrays import likely_sizes, pieces, seen_sizes, tracked_corners, within
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_observation import first_observation
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
+from luxloop.tracker.tracking.vehicle_size import SizeEstimator
 
 
 class TrackManagement(Protocol):
@@ -53,11 +51,10 @@ class TrackManagement(Protocol):
 class DefaultTrackManagement:
     """The track management of the shipped tracker. Each step is a method, which a replacement can reuse."""
 
-    def __init__(self, merging: MergeConfig, hypotheses: HypothesisConfig, track: TrackConfig) -> None:
+    def __init__(self, merging: MergeConfig, track: TrackConfig) -> None:
         self._merging = merging
-        self._hypotheses = hypotheses
         self._track = track
-        self._rigid = RigidPairs(merging)
+        self._rigid = RigidPairs()
         self._next_id = 0
 
     def manage(
@@ -74,7 +71,7 @@ class DefaultTrackManagement:
 
     def flow(self, tracks: Sequence[Track], forward: float) -> TrafficFlow:
         """Return the directions of the tracks, beside an ego of heading `forward` [rad]."""
-        return track_arrays.flow(tracks, forward, self._track.orientation.flow)
+        return track_arrays.flow(tracks, forward)
 
     def orient(self, tracks: Sequence[Track], flow: TrafficFlow) -> None:
         """Turn stationary vehicles to their likeliest directions, beside the other vehicles of `flow`."""
@@ -96,10 +93,10 @@ class DefaultTrackManagement:
         """Merge tracks that follow pieces of one vehicle; the track with more observations stays."""
         ranked = sorted((t for t in tracks if t.seen), key=lambda track: (not track.confirmed_now, -track.hits))
         seen = pieces(ranked)
-        for a, b in may_be_one(seen, self._merging):
+        for a, b in may_be_one(seen):
             alive = Status.DEAD not in (ranked[a].status, ranked[b].status)
             together = one_vehicle(seen, a, b, self._merging) or self._rigid.rigid(ranked[a].id, ranked[b].id)
-            still_fits = fits(seen, a, b, self._merging)  # pieces that were merged before have grown
+            still_fits = fits(seen, a, b)  # pieces that were merged before have grown
             if alive and ranked[a].confirmed_now and together and still_fits:
                 ranked[a].absorb(*hull(seen, a, b))
                 ranked[b].status = Status.DEAD
@@ -135,10 +132,10 @@ class DefaultTrackManagement:
     def _start_track(self, seen: Observations, b: int, flow: TrafficFlow, models: ModelSelection) -> Track:
         """Return a tentative track of box `b`."""
         size, whole = seen.size[b], seen.whole[b]
-        shape = orientation.shape_log_odds(size, whole, self._track.orientation)
+        shape = orientation.shape_log_odds(size, whole)
         turns = orientation.likeliest_turns(shape, seen.center[b], float(seen.heading[b]), flow, least=0.0)
         usual = SizeEstimator(*orientation.turn_sides(size, whole, turns), self._track.extent).size
-        first, position = first_observation(seen, b, turns, usual, self._hypotheses)
+        first, position = first_observation(seen, b, turns, usual)
         bank = models.new_bank(position, first.covariance)
         track = Track(self._next_id, position, first, self._track, bank)
         self._next_id += 1

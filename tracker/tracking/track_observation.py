@@ -6,7 +6,7 @@ import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.geometry import QUARTER, rotate_one, wrap
-from luxloop.tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end
+from luxloop.tracker.tracking.hypotheses import Hypotheses, shows_end
 from luxloop.tracker.tracking.observations import Observations, uncut
 from luxloop.tracker.tracking.orientation import turn_sign, turn_size
 
@@ -53,9 +53,7 @@ def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int
     )
 
 
-def first_observation(
-    seen: Observations, b: int, turns: int, usual: Floats, config: HypothesisConfig
-) -> tuple[TrackObservation, Floats]:
+def first_observation(seen: Observations, b: int, turns: int, usual: Floats) -> tuple[TrackObservation, Floats]:
     """Return box `b` as the first observation of a track, and the corner (2,) to track [m].
 
     The heading of the vehicle is `turns` quarters from that of the box; `usual` (2,) is the prior size [m].
@@ -71,7 +69,7 @@ def first_observation(
         size=size,
         whole=uncut(cut),
         flat=bool(seen.flat[b]),
-        exact=shows_end(size, near, cut, usual, config),
+        exact=shows_end(size, near, cut, usual),
         corner_sign=near,
         time_offset=float(seen.time_offset[b]),
     )

@@ -1,19 +1,36 @@
-"""Transitions of turning vehicles: constant turn rate, and the kinematic single-track model.
-
-Vectors are complex numbers x + iy. The heading filter of the track provides heading and yaw rate as known inputs, so
-that the filters remain linear. A velocity v that turns at the rate w and changes by b along itself obeys
-v(t) = exp(iwt) (v + bt); the acceleration of the state is a = b + iwv (Schubert, Richter and Wanielik 2008).
-"""
+"""Integrals over a turn. Vectors are complex numbers x + iy."""
 
 import cmath
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from luxloop.tracker.arrays import Floats, Ints
+from luxloop.tracker.compiled import kernel
 from luxloop.tracker.records import TURNING_MODELS
 from luxloop.tracker.tracking.filters import Motion, Step
-from luxloop.tracker.tracking.kernels.turns import LEAST_SPEED_MPS, Complexes, turned_integrals
+
+Complexes = npt.NDArray[np.complex128]
+
+LEAST_SPEED_MPS = 0.3
+"""Speed below which the direction and the curvature of a motion are not known [m/s]."""
+
+SMALL_ANGLE = 1e-3
+"""Angle below which integrals over a turn use their series [rad]; the next term is below 1e-9 of the result."""
+
+
+@kernel()
+def turned_integrals(rate: float, end: float) -> tuple[complex, complex]:
+    """Integrals of exp(i rate t) and of t exp(i rate t) from 0 to `end`."""
+    angle = rate * end
+    if abs(angle) < SMALL_ANGLE:
+        first = end * (1.0 + 0.5j * angle - angle**2 / 6)
+        return first, end**2 * (0.5 + 1j * angle / 3 - angle**2 / 8)
+    last = cmath.exp(1j * rate * end)
+    first = (last - 1.0) / (1j * rate)
+    return first, (end * last - first) / (1j * rate)
+
 
 TURNING = frozenset(TURNING_MODELS)
 

@@ -13,7 +13,7 @@ def paper_variant(config: TrackerConfig) -> Tracker:
             linkage=replace(config.linkage, variant="paper"),
             rectangles=replace(config.rectangles, halvings=0),
             selection=replace(config.selection, variant="paper"),
-            association=replace(config.association, oddity_max=0.0, view_std_m=0.0),
+            association=replace(config.association, shape_cost_max=0.0, view_std_m=0.0),
             filters=replace(config.filters, heading="paper"),
             mma=replace(config.mma, method="paper", tail_dof=1e6),
             small=replace(config.small, enabled=False),

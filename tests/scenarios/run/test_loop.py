@@ -55,7 +55,7 @@ def test_another_seed_gives_another_trace():
 
 
 def test_tracker_settings_change_the_trace():
-    text = short_run.TEXT + "\n[tracker.life]\nconfirm_hits = 100\n"
+    text = short_run.TEXT + "\n[tracker.confirmation]\nconfirm_hits = 100\n"
     assert short_run.run(text).trace_hash != short_run.result().trace_hash
 
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from luxloop.tracker.detection.background import CellMemory
-from luxloop.tracker.kernels.free_space import BINS, COVERED
-from luxloop.tracker.seen_through import seen_through
+from luxloop.tracker.seen_through import BINS, COVERED, seen_through
 
 OFFSET_M = 2.5
 

@@ -5,8 +5,7 @@ from support.one_track import start
 from support.seen import observe_boxes
 
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking.association import AssociationConfig
-from luxloop.tracker.tracking.associator import HungarianAssociator
+from luxloop.tracker.tracking.association import AssociationConfig, HungarianAssociator
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
 from luxloop.tracker.tracking.track_arrays import predictions
 

@@ -8,14 +8,13 @@ from support.one_track import CONFIG as CONFIGURED
 from support.seen import observe_boxes
 
 from luxloop.tracker.tracker import Tracker, TrackerConfig
-from luxloop.tracker.tracking.births import BirthConfig, nearby, second_views
-from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.births import nearby, second_views
+from luxloop.tracker.tracking.confirmation import ConfirmationConfig
 from luxloop.tracker.tracking.filters import motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
 from luxloop.tracker.tracking.track_arrays import predictions
 from luxloop.tracker.tracking.track_observation import track_observation
 
-CONFIG = BirthConfig()
 HALF = 0.5 * np.array(SIZE)
 AHEAD = np.array([4.0, 0.0, 0.0])
 
@@ -36,7 +35,7 @@ def may_be(first, second, age_s=0.08, size=SIZE):
     """True if a car at `first` may be seen at `second` after `age_s`."""
     tracks, seen = new_track(first), observe_boxes(second, size)
     hypotheses = hypothesise(tracks, seen, HypothesisConfig())
-    return bool(second_views(tracks, hypotheses, seen, np.array([age_s]), np.array([SIZE]), CONFIG)[0, 0])
+    return bool(second_views(tracks, hypotheses, seen, np.array([age_s]), np.array([SIZE]))[0, 0])
 
 
 @pytest.mark.parametrize(
@@ -65,14 +64,14 @@ def test_a_box_of_another_size_is_another_vehicle():
 @pytest.mark.parametrize(("moved_m", "expected"), [(0.9, True), (1.1, False)])
 def test_the_gate_decides_at_the_place_of_the_track(moved_m, expected):
     tracks, seen = new_track((20.0, 10.0, 0.0)), observe_boxes((20.0, 10.0 + moved_m, 0.0), SIZE)
-    assert bool(nearby(hypothesise(tracks, seen, HypothesisConfig()), CONFIG)[0, 0]) is expected
+    assert bool(nearby(hypothesise(tracks, seen, HypothesisConfig()))[0, 0]) is expected
 
 
 def test_no_tracks_have_no_second_views():
     none, seen = predictions([]), observe_boxes((5.0, 5.0, 0.0), SIZE)
     hypotheses = hypothesise(none, seen, HypothesisConfig())
-    assert second_views(none, hypotheses, seen, np.zeros(0), np.zeros((0, 2)), CONFIG).shape == (0, 1)
-    assert nearby(hypotheses, CONFIG).shape == (0, 1)
+    assert second_views(none, hypotheses, seen, np.zeros(0), np.zeros((0, 2))).shape == (0, 1)
+    assert nearby(hypotheses).shape == (0, 1)
 
 
 @pytest.mark.parametrize("offsets_s", [(0.0, 0.0), (-0.03, 0.02), (0.03, -0.02)])
@@ -95,8 +94,8 @@ def test_three_cars_in_a_row_keep_their_ids(rate_hz, speed_mps):
     """They pass a stationary ego in the lane beside it, 0.9 s apart: none is mistaken for the next one."""
     dt = 1.0 / rate_hz
     lane = [driven((-48.0 - 0.9 * k * speed_mps, 5.0, 0.0), speed_mps, np.zeros(400), dt) for k in range(3)]
-    life = TrackLifeConfig(tentative_coast_s=max(0.2, 1.2 * dt))
-    tracker, rng, ids = Tracker(TrackerConfig(life=life)), np.random.default_rng(4), [set(), set(), set()]
+    life = ConfirmationConfig(tentative_coast_s=max(0.2, 1.2 * dt))
+    tracker, rng, ids = Tracker(TrackerConfig(confirmation=life)), np.random.default_rng(4), [set(), set(), set()]
     tracked = [0, 0, 0]
     for k in range(int((96.0 + 1.8 * speed_mps) / speed_mps / dt)):
         poses = np.array([car[k] for car in lane])

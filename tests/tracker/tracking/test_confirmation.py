@@ -4,13 +4,23 @@ import math
 
 import numpy as np
 import pytest
-from support.one_track import DT, LIFE, flow_of, follow, start, straight
+from support.one_track import DT, flow_of, follow, start, straight
 
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking.confirmation import Confirmation, TrackLifeConfig
-from luxloop.tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
-from luxloop.tracker.tracking.kernels.side_lengths import vehicle_log_odds
+from luxloop.tracker.tracking import confirmation as confirmation_module
+from luxloop.tracker.tracking.confirmation import (
+    FLAT_LOG_ODDS,
+    LEFT_MARGIN_M,
+    MOTION_LOG_ODDS,
+    MOVED_VIEWS_MIN,
+    VEHICLE_LOG_ODDS_MAX,
+    VIEW_LOG_ODDS_MAX,
+    Confirmation,
+    ConfirmationConfig,
+    Footprint,
+)
 from luxloop.tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.vehicle_classes import TRUNCATED_PROBABILITY, vehicle_log_odds
 
 WHOLE, ORIGIN = (True, True), np.zeros(2)
 FLAT = 0.03
@@ -38,7 +48,7 @@ def place(size, x=0.0, y=0.0):
 
 
 def confirmation(size=(4.6, 1.8), **values):
-    return Confirmation(TrackLifeConfig(**values), place(size))
+    return Confirmation(ConfirmationConfig(**values), place(size))
 
 
 def log_odds(seen, views, **values):
@@ -56,7 +66,7 @@ def log_odds(seen, views, **values):
 def test_correlated_views_have_the_evidence_of_a_few(views, equal_to):
     """With a correlation of 0.2, n views have that of n / (0.8 + 0.2 n), at most 5."""
     seen = view((2.2, 1.0))
-    one = vehicle_log_odds(seen.size, seen.whole, LIFE.truncated_probability)
+    one = vehicle_log_odds(seen.size, seen.whole, TRUNCATED_PROBABILITY)
     assert 0.5 < one < 2.0
     assert log_odds(seen, views) == pytest.approx(equal_to * one)
 
@@ -66,15 +76,16 @@ def test_without_evidence_the_prior_holds(prior, expected):
     assert confirmation(vehicle_prior=prior).log_odds == pytest.approx(expected)
 
 
-def test_the_evidence_of_one_view_is_limited():
+def test_the_evidence_of_one_view_is_limited(monkeypatch):
     """A car in full view, surely not truncated, has log-odds above 3; a house of 9 by 6 m has -4.6."""
-    assert log_odds(view((4.6, 1.8)), 1, truncated_probability=0.0) == LIFE.vehicle_log_odds_max == 3.0
-    assert log_odds(view((9.0, 6.0)), 1) == -LIFE.view_log_odds_max == -2.0
+    monkeypatch.setattr(confirmation_module, "TRUNCATED_PROBABILITY", 0.0)
+    assert log_odds(view((4.6, 1.8)), 1) == VEHICLE_LOG_ODDS_MAX == 3.0
+    assert log_odds(view((9.0, 6.0)), 1) == -VIEW_LOG_ODDS_MAX == -2.0
 
 
 def test_a_missing_side_is_evidence_against_a_vehicle():
     seen, lacking = view((2.2, 0.8)), view((2.2, 0.8), flat=True)
-    assert log_odds(lacking, 1) == pytest.approx(log_odds(seen, 1) - LIFE.flat_log_odds)
+    assert log_odds(lacking, 1) == pytest.approx(log_odds(seen, 1) - FLAT_LOG_ODDS)
 
 
 def test_confirmation_needs_nine_to_one_and_three_observations():
@@ -109,10 +120,10 @@ def moved(seen, corners, size=(0.0, 0.0), heading=0.0):
     """
     size = np.asarray(size, dtype=float)
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
-    judged = Confirmation(TrackLifeConfig(vehicle_prior=0.5), Footprint(ORIGIN, heading, size))
+    judged = Confirmation(ConfirmationConfig(vehicle_prior=0.5), Footprint(ORIGIN, heading, size))
     for corner in np.asarray(corners, dtype=float) @ turn:
         judged.check_motion(seen, Footprint(corner, heading, size), corner, moving=False)
-    return judged.log_odds == LIFE.motion_log_odds
+    return judged.log_odds == MOTION_LOG_ODDS
 
 
 REAR = view((0.1, 1.7), exact=(True, True))
@@ -159,7 +170,7 @@ def reappeared(same, corners, moving=False):
     for corner in [(0.0, 0.0), *[(2.0 * FAR, 0.0)] * 4]:
         judged.count(view(size))
         judged.check_motion(REAR, place(size, *corner), np.array(corner), moving=True)
-    assert judged.log_odds > LIFE.motion_log_odds
+    assert judged.log_odds > MOTION_LOG_ODDS
     judged.reacquire(same)
     for corner in corners:
         judged.check_motion(REAR, place(size, *corner), np.array(corner), moving=moving)
@@ -180,10 +191,10 @@ def test_an_object_that_stands_where_the_vehicle_did_not_is_not_in_motion():
     assert judged.log_odds == pytest.approx(log_odds(view((2.2, 1.0)), 1))
 
 
-@pytest.mark.parametrize(("views", "counts"), [(LIFE.moved_views_min - 1, False), (LIFE.moved_views_min, True)])
+@pytest.mark.parametrize(("views", "counts"), [(MOVED_VIEWS_MIN - 1, False), (MOVED_VIEWS_MIN, True)])
 def test_a_speed_in_successive_views_counts_again_after_a_vehicle_was_hidden(views, counts):
     judged = reappeared(0.0, [(9.0, 0.0)] * views, moving=True)
-    assert judged.log_odds == pytest.approx(LIFE.motion_log_odds if counts else 0.0)
+    assert judged.log_odds == pytest.approx(MOTION_LOG_ODDS if counts else 0.0)
 
 
 # --- tracks
@@ -257,8 +268,8 @@ def test_a_shape_without_a_known_axis_is_not_confirmed():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("confirm_probability", 0.4), ("view_correlation", 1.1), ("truncated_probability", -0.1), ("vehicle_prior", 0.0)],
+    [("confirm_probability", 0.4), ("vehicle_prior", 0.0)],
 )
 def test_invalid_probabilities_are_rejected_by_name(name, value):
     with pytest.raises(ValueError, match=name):
-        TrackLifeConfig(**{name: value})
+        ConfirmationConfig(**{name: value})

@@ -1,21 +1,20 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.tracking.extent import ExtentConfig, known, long, too_large
-from luxloop.tracker.tracking.kernels.seen_extents import remember
+from luxloop.tracker.tracking.vehicle_size import GROWTH, SETTLED_GROWTH, known, long, remember, too_large
+from luxloop.tracker.vehicle_classes import FACE_MIN_M
 
-CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)
 
 
 def seen(*observations):
     """Remembered extents after observations ((along, across), mask of whole sides)."""
-    extents, views, gains = [float(side) for side in observations[0][0]], [0, 0], (CONFIG.growth, CONFIG.settled)
+    extents, views, gains = [float(side) for side in observations[0][0]], [0, 0], (GROWTH, SETTLED_GROWTH)
     for observed, whole in observations[1:]:
         for axis in range(2):
             view = float(observed[axis]), whole[axis], views[axis]
-            extents[axis] = remember(extents[axis], *view, gains, CONFIG.face_min_m)
-            views[axis] += whole[axis] and observed[axis] > CONFIG.face_min_m
+            extents[axis] = remember(extents[axis], *view, gains)
+            views[axis] += whole[axis] and observed[axis] > FACE_MIN_M
     return extents
 
 
@@ -42,14 +41,14 @@ def test_a_single_outlier_has_little_effect_after_many_whole_views():
 
 def test_sizes_above_a_car():
     sizes = [(4.8, 1.9), (1.9, 4.8), (2.5, 3.0), (6.5, 0.1), (0.1, 6.5)]
-    assert [long(np.array(size), CONFIG) for size in sizes] == [False, False, False, True, True]
+    assert [long(np.array(size)) for size in sizes] == [False, False, False, True, True]
 
 
 def test_a_width_of_four_metres_is_too_large():
-    assert too_large(np.array([12.0, 4.0]), CONFIG)
-    assert not too_large(np.array([16.5, 2.6]), CONFIG)
+    assert too_large(np.array([12.0, 4.0]))
+    assert not too_large(np.array([16.5, 2.6]))
 
 
 def test_a_side_is_known_after_most_of_it_was_seen():
     size = np.array([4.5, 1.8])
-    assert known(np.array([4.2, 0.3]), size, CONFIG) == pytest.approx([4.5, 0.3])
+    assert known(np.array([4.2, 0.3]), size) == pytest.approx([4.5, 0.3])

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from luxloop.tracker.tracking.filters import (
+    MANOEUVRE_STD_MPS2,
+    STARTING_SPEED_STD_MPS,
     FilterConfig,
     Filters,
     heading_filter,
@@ -101,13 +103,13 @@ def test_omitted_states_have_a_constant_prior_covariance():
     filters.predict(motion(0.08, CONFIG).models)
     assert filters.mean[0, 2:] == pytest.approx(np.zeros(4))
     assert filters.mean[1, 4:] == pytest.approx(np.zeros(2))
-    assert np.diag(filters.covariance[0])[2:4] == pytest.approx(CONFIG.starting_speed_std_mps**2)
-    assert np.diag(filters.covariance[1])[4:] == pytest.approx(CONFIG.manoeuvre_std_mps2**2)
+    assert np.diag(filters.covariance[0])[2:4] == pytest.approx(STARTING_SPEED_STD_MPS**2)
+    assert np.diag(filters.covariance[1])[4:] == pytest.approx(MANOEUVRE_STD_MPS2**2)
     assert filters.covariance[1, :4, 4:] == pytest.approx(np.zeros((4, 2)))
 
 
 def test_heading_filter_learns_a_turn():
-    heading = heading_filter(0.0, 0.02**2, CONFIG)
+    heading = heading_filter(0.0, 0.02**2)
     for k in range(1, 60):
         heading.predict(motion(0.08, CONFIG).heading)
         heading.correct(np.array([[0.5 * 0.08 * k]]) - heading.mean[:, :1], np.array([[0.02**2]]))

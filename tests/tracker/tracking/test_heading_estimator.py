@@ -7,21 +7,20 @@ import pytest
 from support.seen import observe_boxes
 
 from luxloop.tracker.tracking import orientation
-from luxloop.tracker.tracking.confirmation import TrackLifeConfig
+from luxloop.tracker.tracking.confirmation import ConfirmationConfig
 from luxloop.tracker.tracking.corner_error import CornerConfig
-from luxloop.tracker.tracking.existence import MemoryConfig
-from luxloop.tracker.tracking.extent import ExtentConfig
+from luxloop.tracker.tracking.existence import ExistenceConfig
 from luxloop.tracker.tracking.filters import FilterConfig
-from luxloop.tracker.tracking.heading_estimator import HeadingEstimator
-from luxloop.tracker.tracking.hypotheses import HypothesisConfig
+from luxloop.tracker.tracking.heading import HeadingEstimator
 from luxloop.tracker.tracking.orientation import Course, OrientationConfig
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_observation import first_observation
+from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 CAR = np.array([4.6, 1.8])
 ORIGIN, WHOLE = np.zeros(2), np.ones(2, dtype=np.bool_)
 CONFIG = TrackConfig(
-    FilterConfig(), ExtentConfig(), OrientationConfig(), CornerConfig(), TrackLifeConfig(), MemoryConfig()
+    FilterConfig(), ExtentConfig(), OrientationConfig(), CornerConfig(), ConfirmationConfig(), ExistenceConfig()
 )
 ONE_VIEW = orientation.shape_log_odds(CAR, WHOLE, CONFIG.orientation)
 """Log-odds of one view of the whole car that its length is its length."""
@@ -29,7 +28,7 @@ ONE_VIEW = orientation.shape_log_odds(CAR, WHOLE, CONFIG.orientation)
 
 def estimator():
     """Return the estimator of a car that faces along x."""
-    first, _ = first_observation(observe_boxes((20.0, 3.5, 0.0), CAR), 0, 0, CAR, HypothesisConfig())
+    first, _ = first_observation(observe_boxes((20.0, 3.5, 0.0), CAR), 0, 0, CAR)
     return HeadingEstimator(first, ORIGIN, CONFIG)
 
 

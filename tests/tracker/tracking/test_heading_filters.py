@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
+from luxloop.tracker.tracking import heading as heading_module
 from luxloop.tracker.tracking.filters import FilterConfig, motion
-from luxloop.tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading, TurnFilter, near, yaw_rate_std
+from luxloop.tracker.tracking.heading import (
+    HEADING_RESTART_S,
+    AdaptiveHeading,
+    PaperHeading,
+    TurnFilter,
+    near,
+    yaw_rate_std,
+)
 
 CONFIG = FilterConfig()
 STD = 0.02
@@ -21,20 +29,20 @@ def follow(found, headings, speed_mps=8.0, dt=0.08, turning=True):
 
 
 def adaptive(heading=0.0):
-    return AdaptiveHeading(heading, STD**2, CONFIG)
+    return AdaptiveHeading(heading, STD**2)
 
 
 @pytest.mark.parametrize("dt", [0.02, 0.08, 0.25])
 def test_the_prior_of_the_yaw_rate_does_not_depend_on_the_rate_of_scans(dt):
     """After many correlation times it is that of curvature times speed, here 0.1 / m x 4 m/s."""
-    found = TurnFilter(0.0, 0.0, 0.0, CONFIG)
+    found = TurnFilter(0.0, 0.0, 0.0)
     for _ in range(round(10.0 / dt)):
         found.predict(dt, 4.0)
     assert found.variance[2] == pytest.approx(0.4**2, rel=1e-3)
 
 
 def test_the_noise_of_a_step_is_that_of_many_small_ones():
-    one, many = (TurnFilter(0.1, STD**2, 0.5, CONFIG) for _ in range(2))
+    one, many = (TurnFilter(0.1, STD**2, 0.5) for _ in range(2))
     one.predict(0.25, 6.0)
     for _ in range(1000):
         many.predict(0.00025, 6.0)
@@ -44,12 +52,13 @@ def test_the_noise_of_a_step_is_that_of_many_small_ones():
 
 @pytest.mark.parametrize(("speed_mps", "std"), [(0.0, 0.0), (4.0, 0.4), (20.0, 0.2), (40.0, 0.1)])
 def test_slow_vehicles_are_limited_by_their_steering_and_fast_ones_by_their_grip(speed_mps, std):
-    assert yaw_rate_std(speed_mps, CONFIG) == pytest.approx(std)
+    assert yaw_rate_std(speed_mps) == pytest.approx(std)
 
 
-def test_an_update_without_outliers_is_that_of_a_kalman_filter():
+def test_an_update_without_outliers_is_that_of_a_kalman_filter(monkeypatch):
     """The share of outliers is negligible; the gain is computed by hand from the covariance before it."""
-    found = TurnFilter(0.0, STD**2, 0.0, FilterConfig(heading_outlier_share=1e-6))
+    monkeypatch.setattr(heading_module, "HEADING_OUTLIER_SHARE", 1e-6)
+    found = TurnFilter(0.0, STD**2, 0.0)
     found.predict(0.08, 8.0)
     p, c, r = found.variance
     outlier = found.observe(0.01, STD**2)
@@ -61,7 +70,7 @@ def test_an_update_without_outliers_is_that_of_a_kalman_filter():
 
 
 def test_a_measurement_in_doubt_adds_to_the_variance():
-    sure, doubtful = (TurnFilter(0.0, STD**2, 0.0, CONFIG) for _ in range(2))
+    sure, doubtful = (TurnFilter(0.0, STD**2, 0.0) for _ in range(2))
     sure.observe(0.0, STD**2)
     probability = doubtful.observe(0.11, STD**2)
     assert 0.1 < probability < 0.9
@@ -74,7 +83,7 @@ def test_one_outlier_has_no_effect_and_lasting_ones_win(rate_hz):
     follow(found, np.zeros(10), speed_mps=0.0, dt=dt)
     follow(found, [0.6], speed_mps=0.0, dt=dt)
     assert abs(found.state[0][0]) < 0.01
-    scans = int(CONFIG.heading_restart_s * rate_hz) + 2
+    scans = int(HEADING_RESTART_S * rate_hz) + 2
     follow(found, np.full(scans, 0.6), speed_mps=0.0, dt=dt)
     assert found.state[0][0] == pytest.approx(0.6, abs=0.02)
     assert found.state[1][0, 0] < STD**2
@@ -119,7 +128,7 @@ def test_motion_does_not_hold_a_turn_back():
 
 
 def test_the_papers_filter_forgets_the_yaw_rate_of_a_vehicle_that_does_not_turn():
-    found = PaperHeading(0.0, STD**2, CONFIG, 4.0, 8)
+    found = PaperHeading(0.0, STD**2)
     follow(found, 0.02 * np.arange(1, 30))
     assert found.state[0][1] > 0.1
     found.predict(motion(0.08, CONFIG), 8.0, False)

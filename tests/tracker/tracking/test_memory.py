@@ -8,12 +8,12 @@ from support.one_track import DT, flow_of, follow, start, straight
 
 from luxloop.tracker.records import Status
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.tracking.existence import MemoryConfig, existence, same_vehicle
+from luxloop.tracker.tracking.existence import CLUTTER_PER_M2, ExistenceConfig, existence, same_vehicle
 from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.memory import predicted_places, terminate_lost
 from luxloop.tracker.tracking.track_arrays import boxes
 
-MEMORY = MemoryConfig()
+MEMORY = ExistenceConfig()
 HALF_S = MEMORY.course_s * np.log(2.0)
 """Time after which half of the hidden vehicles are off their course [s]."""
 
@@ -60,7 +60,7 @@ def test_existence_decreases_with_time_and_with_free_places(early, late, few, ma
 
 def test_a_box_is_the_hidden_vehicle_with_even_odds_at_the_density_of_clutter():
     """s = 1/2 at twice the density of clutter."""
-    assert same_vehicle(HALF_S, 2.0 * MEMORY.clutter_per_m2, MEMORY) == pytest.approx(0.5)
+    assert same_vehicle(HALF_S, 2.0 * CLUTTER_PER_M2, MEMORY) == pytest.approx(0.5)
     assert same_vehicle(1.0, 10.0, MEMORY) > 0.99
 
 
@@ -93,7 +93,7 @@ def test_a_vehicle_behind_something_and_one_without_returns_are_remembered(retur
 
 def test_a_vehicle_whose_place_is_too_vague_is_lost():
     track = coasting(1.0)
-    sharp = MemoryConfig(std_max_m=0.5 * np.sqrt(np.trace(track.covariance) / 2.0))
+    sharp = ExistenceConfig(std_max_m=0.5 * np.sqrt(np.trace(track.covariance) / 2.0))
     terminate_lost([track], scan(arc(10.0)), sharp)
     assert track.status is Status.DEAD
 

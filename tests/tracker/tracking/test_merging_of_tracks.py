@@ -5,7 +5,6 @@ from support.one_track import CONFIG, DT, follow, start
 
 from luxloop.tracker.merging import MergeConfig
 from luxloop.tracker.records import Status
-from luxloop.tracker.tracking.hypotheses import HypothesisConfig
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement
 
 SPEED_MPS, PIECE_M, PITCH_M = 20.0, np.array([6.0, 2.5]), 8.0
@@ -24,7 +23,7 @@ def piece(track_id, x, frames):
 def test_a_piece_takes_one_neighbour_but_not_both():
     """The middle one is the oldest and fits either of the others."""
     tracks = [piece(0, 0.0, 30), piece(1, PITCH_M, 20), piece(2, -PITCH_M, 20)]
-    management = DefaultTrackManagement(MergeConfig(), HypothesisConfig(), CONFIG)
+    management = DefaultTrackManagement(MergeConfig(), CONFIG)
     management.couple(tracks)
     management.merge(tracks)
     assert [track.status for track in tracks].count(Status.DEAD) == 1

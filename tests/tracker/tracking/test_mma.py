@@ -221,8 +221,8 @@ def test_a_set_of_models_names_each_once(models):
 def test_invalid_settings_are_rejected_by_name():
     with pytest.raises(ValueError, match="probability_floor"):
         MmaConfig(probability_floor=0.4)
-    with pytest.raises(ValueError, match="stopping_time_s"):
-        MmaConfig(stopping_time_s=5.0)
+    with pytest.raises(ValueError, match="mode_time_s"):
+        MmaConfig(mode_time_s=0.1)
 
 
 @pytest.mark.parametrize("method", ["mma", "imm"])

@@ -3,6 +3,8 @@ import pytest
 
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.tracking.orientation import (
+    REVERSAL_M,
+    TURN_LOG_ODDS,
     OrientationConfig,
     by_course,
     course,
@@ -12,7 +14,7 @@ from luxloop.tracker.tracking.orientation import (
     turn_size,
     way_needed,
 )
-from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 
 CONFIG = OrientationConfig()
 WHOLE, CUT = np.ones(2, dtype=bool), np.zeros(2, dtype=bool)
@@ -20,8 +22,8 @@ WHOLE, CUT = np.ones(2, dtype=bool), np.zeros(2, dtype=bool)
 
 def turns(size, whole=WHOLE, forward=0.0, least=0.0):
     """Return the quarter turns of a box along x without neighbours, beside an ego with heading `forward` [degrees]."""
-    alone = TrafficFlow(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0), np.radians(forward), FlowConfig())
-    return likeliest_turns(shape_log_odds(np.array(size), whole, CONFIG), np.zeros(2), 0.0, alone, least)
+    alone = TrafficFlow(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0), np.radians(forward))
+    return likeliest_turns(shape_log_odds(np.array(size), whole), np.zeros(2), 0.0, alone, least)
 
 
 @pytest.mark.parametrize("quarters", range(-3, 8))
@@ -61,9 +63,9 @@ def test_motion_contradicts_the_heading(velocity, quarters):
 
 def test_sideways_motion_needs_a_longer_distance_that_no_side_in_view_explains():
     bare, long = np.array([1.7, 0.2]), np.array([4.6, 0.2])
-    assert way_needed(2, long, CONFIG) == way_needed(2, bare, CONFIG) == CONFIG.reversal_m
-    assert way_needed(1, bare, CONFIG) > 2.5  # the rear of a standing car that comes into view is as wide
-    assert way_needed(3, long, CONFIG) == 4.6
+    assert way_needed(2, long) == way_needed(2, bare) == REVERSAL_M
+    assert way_needed(1, bare) > 2.5  # the rear of a standing car that comes into view is as wide
+    assert way_needed(3, long) == 4.6
 
 
 def test_a_truncated_face_wider_than_a_car_is_a_side():
@@ -95,4 +97,4 @@ def test_an_uncertain_velocity_has_no_course():
     ],
 )
 def test_evidence_against_a_heading_must_exceed_the_hysteresis(size, forward, quarters):
-    assert turns(size, forward=forward, least=CONFIG.turn_log_odds) == quarters
+    assert turns(size, forward=forward, least=TURN_LOG_ODDS) == quarters

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from luxloop.tracker.records import MODEL_NAMES, PREDICTION_S
-from luxloop.tracker.tracking.kernels.prediction import lasting, position
+from luxloop.tracker.tracking.output import lasting, position
 
 FOREVER = np.inf
 

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.merging import MergeConfig, Pieces
-from luxloop.tracker.tracking.rigid_pairs import RigidPairs
+from luxloop.tracker.merging import Pieces, RigidPairs
 
-CONFIG = MergeConfig()
 DT_S = 0.08
 CAB_M, TRAILER_M, GAP_M = 2.0, 8.6, 2.3
 SPEEDS = np.concatenate([np.zeros(20), np.linspace(0.0, 5.0, 60), np.linspace(5.0, 1.0, 40)])
@@ -27,7 +25,7 @@ def pair(gap_m, speed, hits=20, turn=0.0):
 
 def rigid_after(gaps, **options):
     """Return True if the pair is rigid after driving with `SPEEDS` and these gaps."""
-    pairs = RigidPairs(CONFIG)
+    pairs = RigidPairs()
     for gap, speed in zip(gaps, SPEEDS, strict=True):
         pairs.observe([7, 4], pair(gap, speed, **options))
     return pairs.rigid(4, 7)
@@ -51,7 +49,7 @@ def test_a_follower_that_starts_later_is_another_vehicle():
 
 
 def test_vehicles_that_stand_are_not_known_to_be_rigid():
-    pairs = RigidPairs(CONFIG)
+    pairs = RigidPairs()
     for _ in range(200):
         pairs.observe([7, 4], pair(GAP_M, 0.0))
     assert not pairs.rigid(4, 7)
@@ -63,7 +61,7 @@ def test_pieces_that_cannot_be_one_vehicle_have_no_history(options):
 
 
 def test_a_pair_that_is_not_seen_together_starts_again():
-    pairs = RigidPairs(CONFIG)
+    pairs = RigidPairs()
     for speed in SPEEDS:
         pairs.observe([7, 4], pair(GAP_M, speed))
     pairs.observe([7], Pieces(np.zeros((1, 2)), np.zeros(1), np.ones((1, 2)), np.zeros((1, 2)), np.array([50])))

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from luxloop.tracker.tracking.kernels import face_depths
-from luxloop.tracker.tracking.kernels.side_lengths import length_log_odds, vehicle_log_odds
+from luxloop.tracker import vehicle_classes
+from luxloop.tracker.vehicle_classes import length_log_odds, vehicle_log_odds
 
 VISIBLE_MIN_M = 0.6
 WHOLE, CUT = (True, True), (False, False)
@@ -88,15 +88,15 @@ def test_evidence_of_a_flat_side_for_a_vehicle():
     assert expected == pytest.approx(-1.5774, abs=1e-4)
 
 
-@pytest.mark.parametrize("density", [face_depths.of_car, face_depths.of_lorry], ids=["car", "lorry"])
+@pytest.mark.parametrize("density", [vehicle_classes.of_car, vehicle_classes.of_lorry], ids=["car", "lorry"])
 def test_densities_of_face_depths_have_the_integral_one(density):
     depth = np.linspace(0.0, 5.0, 500_001)
     assert np.trapezoid([density(value) for value in depth], depth) == pytest.approx(1.0, abs=1e-4)
 
 
 def test_the_set_back_glass_of_a_car_is_no_corner():
-    assert face_depths.of_car(0.5) == pytest.approx(0.9 * 0.5 / 0.22**2 * math.exp(-0.5 / 0.22))
-    assert face_depths.of_background(0.5) == pytest.approx(0.35 * math.exp(-0.5 / 0.15) / 0.15 + 0.1 / 2.8)
+    assert vehicle_classes.of_car(0.5) == pytest.approx(0.9 * 0.5 / 0.22**2 * math.exp(-0.5 / 0.22))
+    assert vehicle_classes.of_background(0.5) == pytest.approx(0.35 * math.exp(-0.5 / 0.15) / 0.15 + 0.1 / 2.8)
     assert vehicle((4.6, 0.5)) > vehicle((4.6, 0.02)) + 2.0
 
 

@@ -6,19 +6,21 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from luxloop.tracker.tracking.extent import ExtentConfig, likely
-from luxloop.tracker.tracking.kernels.size_likelihood import (
+from luxloop.tracker.tracking.vehicle_size import (
     HIDDEN_STD_M,
     LOG_ODDS_MAX,
     MARGIN_M,
     SIZE_STD_SHARE,
     WHOLE_SHARE,
+    ExtentConfig,
+    SizeEstimator,
     add_view,
     average_pieces,
+    likely,
+    posterior,
+    side_of_greatest_overlap,
 )
-from luxloop.tracker.tracking.kernels.size_posterior import posterior, side_of_greatest_overlap
-from luxloop.tracker.tracking.size_estimator import SizeEstimator
-from luxloop.tracker.tracking.vehicle_sizes import GRID_M, SIZE_CLASSES, side_probabilities
+from luxloop.tracker.vehicle_classes import GRID_M, SIZE_CLASSES, side_probabilities
 
 CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
-from support.one_track import CAR, DT, LIFE, flow_of, follow, start, straight
+from support.one_track import CAR, DT, flow_of, follow, start, straight
 from support.seen import observe_boxes
 
 from luxloop.tracker.records import MODELS, Status
-from luxloop.tracker.tracking.existence import MemoryConfig
+from luxloop.tracker.tracking.existence import ExistenceConfig
 from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
+from luxloop.tracker.tracking.heading import HEADING_REJECTIONS_MAX
 from luxloop.tracker.tracking.mma import MmaConfig
 from luxloop.tracker.tracking.output import report
 
@@ -62,7 +63,7 @@ def test_status_from_tentative_to_dead():
         track.settle()
         waited += 1
         assert waited * DT < 20.0
-    memory = MemoryConfig()
+    memory = ExistenceConfig()
     assert waited * DT == pytest.approx(-memory.course_s * np.log(memory.existence_min), abs=DT)
 
 
@@ -99,7 +100,7 @@ def test_a_heading_outlier_is_rejected_until_it_persists():
     follow(track, [first] * 10)
     follow(track, [(15.0, 4.0, 0.6)])
     assert abs(track.heading) < 0.01
-    follow(track, [(15.0, 4.0, 0.6)] * (LIFE.heading_rejections_max + 4))
+    follow(track, [(15.0, 4.0, 0.6)] * (HEADING_REJECTIONS_MAX + 4))
     assert track.heading == pytest.approx(0.6, abs=0.05)
 
 

@@ -10,24 +10,16 @@ from support.one_track import DT
 from luxloop.tracker.geometry import rotated_covariance, variance_along
 from luxloop.tracker.kernels import odometry
 from luxloop.tracker.records import MODEL_NAMES, MODELS, PREDICTION_S
+from luxloop.tracker.tracking import corner_error, output, traffic_flow, vehicle_classes, vehicle_size
+from luxloop.tracker.tracking import filters as filters_module
 from luxloop.tracker.tracking.association import AssociationConfig, score
-from luxloop.tracker.tracking.extent import ExtentConfig
 from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
-from luxloop.tracker.tracking.kernels import (
-    corner_error,
-    filter_banks,
-    kalman,
-    multiple_models,
-    prediction,
-    side_lengths,
-    size_posterior,
-    traffic_flow,
-)
+from luxloop.tracker.tracking.kernels import filter_banks, multiple_models
 from luxloop.tracker.tracking.kernels.places import ALONG, QUANTILES, predicted_places
 from luxloop.tracker.tracking.mma import MmaConfig, changes, mix, transitions, update
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.vehicle_sizes import GRID_M
+from luxloop.tracker.vehicle_classes import GRID_M
 
 TRACKS, BOXES = 7, 9
 FLOOR, TAIL_DOF = 1e-9, 4.0
@@ -98,7 +90,7 @@ def test_filters_move_on_as_the_reference(rng):
 def test_filters_are_corrected_as_by_the_reference(rng, measured):
     mean, covariance = rng.normal(size=(8, 6)), covariances(rng, 8, 6, 6)
     residual, noise = rng.normal(size=(8, measured)), covariances(rng, 4, measured, measured)
-    found = kalman.correct(mean, covariance, residual, noise)
+    found = filters_module.correct_rows(mean, covariance, residual, noise)
     expected = naive_filters.correct(mean, covariance, residual, np.repeat(noise, 2, axis=0))
     for one, other in zip(found, expected, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
@@ -194,7 +186,7 @@ def test_hypotheses_and_their_scores_equal_the_reference(rng):
     assert 0 < found.exact.sum() < found.exact.size
     assert 0 < (found.corner_sign != tracks.corner_sign[:, None]).sum() < found.corner_sign.size
     coasting = rng.choice([False, True], TRACKS)
-    for gate in (AssociationConfig(), AssociationConfig(oddity_max=0.0), AssociationConfig(gate_chi2=200.0)):
+    for gate in (AssociationConfig(), AssociationConfig(shape_cost_max=0.0), AssociationConfig(gate_chi2=200.0)):
         cost, admissible = score(tracks, found, seen, gate, coasting)
         expected_cost, expected_mask = naive_hypotheses.score(tracks, expected, seen, gate, coasting)
         np.testing.assert_allclose(cost, expected_cost, rtol=1e-9)
@@ -243,12 +235,12 @@ def test_predictions_of_a_bank_are_the_weighted_mean_of_its_models(rng):
     weight, time = rng.dirichlet(np.ones(len(MODEL_NAMES)), TRACKS), rng.uniform(1.0, 5.0, TRACKS)
     yaw_rate, direction = rng.normal(0.0, 0.3, TRACKS), np.exp(1j * rng.uniform(-3.0, 3.0, TRACKS))
     models = np.arange(len(MODEL_NAMES))
-    found = prediction.predict(independent, bank, weight, time, yaw_rate, direction, models)
+    found = output.predicted_corners(independent, bank, weight, time, yaw_rate, direction, models)
     for t in range(TRACKS):
         for h, ahead in enumerate(PREDICTION_S):
-            inputs, share = (yaw_rate[t], direction[t], ahead), prediction.lasting(ahead, time[t])
-            alone = [prediction.position(m, independent[t, m], 1.0, *inputs) for m in models]
-            mixed = sum(weight[t, m] * prediction.position(m, bank[t, m], share, *inputs) for m in models)
+            inputs, share = (yaw_rate[t], direction[t], ahead), output.lasting(ahead, time[t])
+            alone = [output.position(m, independent[t, m], 1.0, *inputs) for m in models]
+            mixed = sum(weight[t, m] * output.position(m, bank[t, m], share, *inputs) for m in models)
             places = np.array([*alone, mixed])
             np.testing.assert_allclose(found[t, :, h], np.column_stack([places.real, places.imag]), atol=1e-12)
 
@@ -274,20 +266,19 @@ def test_log_odds_of_sides_equal_the_reference(rng):
     for _ in range(50):
         size, whole = rng.exponential(3.0, 2), rng.choice([False, True], 2)
         for truncated in (0.0, 0.3, 1.0):
-            found = side_lengths.length_log_odds(size, whole, 0.6, truncated)
+            found = vehicle_classes.length_log_odds(size, whole, 0.6, truncated)
             assert found == naive_sizes.length_log_odds(size, whole, 0.6, truncated)
-            found = side_lengths.vehicle_log_odds(size, whole, truncated)
+            found = vehicle_classes.vehicle_log_odds(size, whole, truncated)
             assert found == naive_sizes.vehicle_log_odds(size, whole, truncated)
 
 
 def test_sizes_equal_the_reference_after_any_views(rng):
-    config, hidden = ExtentConfig(), np.array([0.27, 0.15])
-    settings = config.view_correlation, config.forgetting, config.truncated_probability, config.merged_probability
+    hidden = np.array([0.27, 0.15])
     likelihoods, views = np.zeros((2, 2, len(GRID_M))), np.zeros((2, 2), dtype=np.int64)
     for _ in range(20):
         observed, whole = rng.uniform(0.1, (6.0, 3.0)), rng.choice([False, True], 2)
-        found = size_posterior.observe(*likelihoods, views, observed, whole, config.face_min_m, hidden, settings)
-        expected = naive_sizes.estimate(likelihoods.sum(axis=0), size_posterior.SHARE, size_posterior.PRIOR)
+        found = vehicle_size.add_view_and_estimate(*likelihoods, views, observed, whole, hidden)
+        expected = naive_sizes.estimate(likelihoods.sum(axis=0), vehicle_size.SHARE, vehicle_size.PRIOR)
         np.testing.assert_allclose(found, expected, rtol=1e-9)
     assert (views[0] >= views[1]).all()
     assert (views[0] > 10).all()

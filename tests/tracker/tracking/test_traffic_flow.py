@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from luxloop.tracker.geometry import rotate, wrap
 from luxloop.tracker.tracking.orientation import likeliest_turns
-from luxloop.tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 
-CONFIG = FlowConfig(ego_log_odds=0.7, neighbour_log_odds=2.0, neighbour_min=0.3, range_m=15.0, lane_m=1.75)
 ORIGIN = np.zeros(2)
 EAST, NORTH, WEST = 0.0, 0.5 * math.pi, math.pi
 
@@ -20,10 +19,10 @@ places = st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
 cars = st.lists(st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0), angles), max_size=5)
 
 
-def flow_of(*poses, forward=EAST, config=CONFIG):
+def flow_of(*poses, forward=EAST):
     """Return the flow of cars (x, y, heading), with ids from 0."""
     table = np.array(poses, dtype=float).reshape(-1, 3)
-    return TrafficFlow(np.arange(len(table)), table[:, :2], table[:, 2], forward, config)
+    return TrafficFlow(np.arange(len(table)), table[:, :2], table[:, 2], forward)
 
 
 def turns(flow, heading=EAST, length_log_odds=0.0, place=ORIGIN, least=0.0):

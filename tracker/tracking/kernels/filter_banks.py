@@ -4,7 +4,8 @@ import numpy as np
 
 from luxloop.tracker.arrays import Floats
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.tracking.kernels import kalman, multiple_models
+from luxloop.tracker.tracking import filters
+from luxloop.tracker.tracking.kernels import multiple_models
 
 Banks = tuple[Floats, Floats, Floats]
 """Means (T, M, n), covariances (T, M, n, n), and model probabilities (T, M)."""
@@ -33,7 +34,7 @@ def predict(
 def move(mean: Floats, covariance: Floats, transition: Floats, noise: Floats) -> tuple[Floats, Floats]:
     """Return the means (T, M, n) and covariances (T, M, n, n) of filters after one time step."""
     rows, n = mean.shape[0] * mean.shape[1], mean.shape[2]
-    moved, spread = kalman.predict(mean.reshape(rows, n), covariance.reshape(rows, n, n), transition, noise)
+    moved, spread = filters.predict_rows(mean.reshape(rows, n), covariance.reshape(rows, n, n), transition, noise)
     return moved.reshape(mean.shape), spread.reshape(covariance.shape)
 
 
@@ -81,7 +82,7 @@ def corrected(mean: Floats, covariance: Floats, residual: Floats, noise: Floats)
     """Return the means (T, M, n) and covariances (T, M, n, n) of filters after innovations (T, M, 2)."""
     rows, n = mean.shape[0] * mean.shape[1], mean.shape[2]
     states = mean.reshape(rows, n), covariance.reshape(rows, n, n)
-    moved, spread = kalman.correct(states[0], states[1], residual.reshape(rows, 2), noise)
+    moved, spread = filters.correct_rows(states[0], states[1], residual.reshape(rows, 2), noise)
     return moved.reshape(mean.shape), spread.reshape(covariance.shape)
 
 

@@ -5,8 +5,7 @@ import pytest
 
 from luxloop.tracker.records import MODELS, SmallBoxes, Status
 from luxloop.tracker.tracking.output import report
-from luxloop.tracker.tracking.small.small_config import SmallConfig
-from luxloop.tracker.tracking.small.small_objects import FIRST_ID, SmallObjects
+from luxloop.tracker.tracking.small_objects import FIRST_ID, SmallObjects
 
 DT = 0.08
 NOISE_M = 0.05
@@ -23,9 +22,9 @@ def boxes(centers, size=(0.4, 0.3), heading=0.0):
     )
 
 
-def track(paths, frames=40, size=(0.4, 0.3), seed=1, config=None):
+def track(paths, frames=40, size=(0.4, 0.3), seed=1):
     """Return the records of all frames; `paths` give a position by time, or None for no box."""
-    objects, rng, out = SmallObjects(config or SmallConfig()), np.random.default_rng(seed), []
+    objects, rng, out = SmallObjects(), np.random.default_rng(seed), []
     for frame in range(frames):
         places = [path(frame * DT) for path in paths]
         seen = [np.array(place) + rng.normal(0.0, NOISE_M, 2) for place in places if place is not None]
@@ -94,7 +93,7 @@ def test_two_walkers_keep_their_ids_when_they_pass():
 
 def test_hidden_part_of_a_bicycle_lies_behind_its_visible_end():
     """The rear of a bicycle 10 m ahead is visible, 0.3 m of 1.7: its centre is 0.7 m further on."""
-    objects = SmallObjects(SmallConfig())
+    objects = SmallObjects()
     for frame in range(60):
         objects.step(boxes([(10.0 + 5.0 * frame * DT, 0.0)], (0.3, 0.6)), [], DT if frame else 0.0)
     record = objects.report([], report([], MODELS), np.zeros(2))
@@ -103,7 +102,7 @@ def test_hidden_part_of_a_bicycle_lies_behind_its_visible_end():
 
 def test_box_is_moved_to_the_time_of_the_scan():
     """Points that are 0.04 s old lie 0.2 m behind a bicycle of 5 m/s."""
-    objects = SmallObjects(SmallConfig())
+    objects = SmallObjects()
     for frame in range(60):
         late = boxes([(10.0 + 5.0 * (frame * DT - 0.04), 0.0)], (1.7, 0.6))
         objects.step(SmallBoxes(late.segment, late.center, late.heading, late.size, np.array([-0.04])), [], DT)

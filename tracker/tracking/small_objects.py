@@ -1,18 +1,17 @@
 """Tracking of small road users beside the vehicles: association, confirmation and report."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import fields, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.geometry import inside
-from luxloop.tracker.records import SmallBoxes, Status, Tracks
-from luxloop.tracker.tracking import track_arrays
+from luxloop.tracker.geometry import inside, rotate
+from luxloop.tracker.records import PREDICTION_S, SmallBoxes, Status, Tracks
+from luxloop.tracker.tracking import small_tracks, track_arrays
 from luxloop.tracker.tracking.association import assign
-from luxloop.tracker.tracking.small import small_output, small_tracks
-from luxloop.tracker.tracking.small.small_config import SmallConfig
-from luxloop.tracker.tracking.small.small_tracks import SmallTracks
+from luxloop.tracker.tracking.small_tracks import SmallTracks
 from luxloop.tracker.tracking.track import Track
 
 FIRST_ID = 1_000_000
@@ -52,8 +51,7 @@ class SmallObjects:
     once: as their track, with the id of the small one if that was there before.
     """
 
-    def __init__(self, config: SmallConfig) -> None:
-        self._config = config
+    def __init__(self) -> None:
         self._tracks = small_tracks.empty()
         self._next_id = FIRST_ID
         self._reported_id: dict[int, int] = {}
@@ -69,23 +67,23 @@ class SmallObjects:
         """
         if not len(self._tracks) and not len(boxes):
             return
-        config, large = self._config, self._large(vehicles)
+        large = self._large(vehicles)
         living = self._tracks.status != Status.DEAD.value  # numpy compares members of an enumeration ten times slower
         tracks = self._tracks if living.all() else self._tracks.subset(living)
         if len(tracks):
-            small_tracks.predict(tracks, dt, config)
-        boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, config.vehicle_margin_m).any(axis=1)))
+            small_tracks.predict(tracks, dt)
+        boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, small_tracks.VEHICLE_MARGIN_M).any(axis=1)))
         row, box = self._pairs(tracks, boxes)
         if len(row):
-            small_tracks.update(tracks, boxes, row, box, config)
+            small_tracks.update(tracks, boxes, row, box)
         free = np.ones(len(boxes), dtype=np.bool_)
         free[box] = False
         if free.any():
-            tracks = small_tracks.join(tracks, small_tracks.start(boxes.subset(free), self._next_id, config))
+            tracks = small_tracks.join(tracks, small_tracks.start(boxes.subset(free), self._next_id))
             self._next_id += int(np.count_nonzero(free))
         self._tracks = tracks
         if len(tracks):
-            small_tracks.settle(tracks, config)
+            small_tracks.settle(tracks)
             tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
 
     def report(self, vehicles: Sequence[Track], tracks: Tracks, ego_odom: Floats) -> Tracks:
@@ -116,7 +114,7 @@ class SmallObjects:
             fresh, others = fresh[first][free], others[free]
         for one in (*tracks.id[kept & confirmed].tolist(), *shown.id[fresh].tolist()):
             self._reported_id.setdefault(one, one)
-        return small_output.appended(tracks, kept, own, small, shown.subset(fresh), others, ego_odom, self._config)
+        return appended(tracks, kept, own, small, shown.subset(fresh), others, ego_odom)
 
     def _without_doubles(self, vehicles: Sequence[Track], small: Bools, shown: SmallTracks) -> tuple[Bools, Bools]:
         """Return masks of the vehicles (T,) to report, and of the small road users (K,) that a vehicle's track follows.
@@ -128,7 +126,7 @@ class SmallObjects:
             near = self._same_object(vehicle, shown)
             if not near.any():
                 continue
-            whole = bool((vehicle.whole_views >= self._config.whole_views_min).all())
+            whole = bool((vehicle.whole_views >= small_tracks.WHOLE_VIEWS_MIN).all())
             if whole and not small[t]:  # its size is the prior: all of it was seen, and that is small
                 kept[t] = False
             else:
@@ -141,8 +139,8 @@ class SmallObjects:
         """Return the tracks (P,) and the boxes (P,) of the assigned pairs."""
         pairs: list[tuple[int, int]] = []
         if len(tracks) and len(boxes):
-            distance = small_tracks.distances(tracks, boxes, self._config)
-            pairs = assign(distance, distance <= self._config.gate)
+            distance = small_tracks.distances(tracks, boxes)
+            pairs = assign(distance, distance <= small_tracks.GATE_CHI2)
         row, box = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
         return row, box
 
@@ -151,25 +149,25 @@ class SmallObjects:
         if not (vehicle.status is Status.CONFIRMED and self.looks_small(vehicle)):
             return np.zeros(len(shown), dtype=np.bool_)
         offset = shown.mean[:, :2] - vehicle.footprint.center
-        return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) < self._config.same_m)
+        return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) < small_tracks.SAME_M)
 
     def looks_small(self, vehicle: Track) -> bool:
         """Return True for a track of the vehicle stages that was never seen larger than a bicycle."""
         length, width = vehicle.seen_size.tolist()
-        return bool(length <= self._config.longer_max_m and width <= self._config.wider_max_m)
+        return bool(length <= small_tracks.LENGTH_MAX_M and width <= small_tracks.WIDTH_MAX_M)
 
     def is_small(self, vehicle: Track) -> bool:
         """Return True for one whose estimated size is that of a bicycle, too, and not that of a hidden vehicle."""
-        return self.looks_small(vehicle) and vehicle.size.item(1) <= self._config.wider_max_m
+        return self.looks_small(vehicle) and vehicle.size.item(1) <= small_tracks.WIDTH_MAX_M
 
     def _of_vehicles(self, vehicles: LargeVehicles) -> Bools:
         """(K,) mask of the tracks in the boxes of vehicles, with a margin, or that move with a vehicle beside them."""
-        config, mean = self._config, self._tracks.mean
-        near = vehicles.cover(mean[:, :2], config.attached_m)
+        mean = self._tracks.mean
+        near = vehicles.cover(mean[:, :2], small_tracks.ATTACHED_M)
         difference = np.linalg.norm(mean[:, None, 2:] - vehicles.velocity[None], axis=2)
-        moving = np.hypot(vehicles.velocity[:, 0], vehicles.velocity[:, 1]) > config.attached_speed_mps
-        attached = near & (difference < config.attached_speed_mps) & moving
-        return np.asarray((vehicles.cover(mean[:, :2], config.vehicle_margin_m) | attached).any(axis=1))
+        moving = np.hypot(vehicles.velocity[:, 0], vehicles.velocity[:, 1]) > small_tracks.ATTACHED_SPEED_MPS
+        attached = near & (difference < small_tracks.ATTACHED_SPEED_MPS) & moving
+        return np.asarray((vehicles.cover(mean[:, :2], small_tracks.VEHICLE_MARGIN_M) | attached).any(axis=1))
 
     def _large(self, vehicles: Sequence[Track]) -> LargeVehicles:
         """Return the likely parts of those of the vehicles that are not small."""
@@ -183,7 +181,7 @@ class SmallObjects:
         if not vehicle.seen or vehicle.status is Status.DEAD:
             return False
         if vehicle.status is Status.TENTATIVE:  # its axes may be swapped
-            return bool(max(vehicle.seen_size.tolist()) > self._config.longer_max_m)
+            return bool(max(vehicle.seen_size.tolist()) > small_tracks.LENGTH_MAX_M)
         return not self.looks_small(vehicle)
 
     def _name_alike(self, vehicle: int, small: int) -> None:
@@ -213,3 +211,80 @@ def _distinct(reported: Ints, own: Ints, confirmed: Bools) -> tuple[Ints, Bools]
         unique[t] = ids[t] not in used
         used.add(ids[t])
     return np.array(ids, dtype=np.int64), unique
+
+
+ABEAM_M = 1.0
+"""Distance along an axis over which the near end changes [m]: from abeam, both ends of a bicycle are visible."""
+_COLUMNS = tuple(field.name for field in fields(Tracks))
+
+
+def appended(
+    tracks: Tracks,
+    kept: Bools,
+    own_id: Ints,
+    small: Bools,
+    added: SmallTracks,
+    added_id: Ints,
+    ego_odom: Floats,
+) -> Tracks:
+    """Return the rows `kept` (T,) of a record, renamed to `own_id` (T,), then a row for each small road user.
+
+    Parameters
+    ----------
+    small
+        (T,) class of the rows of the record.
+    added_id
+        (K,) reported ids.
+    ego_odom
+        (2,) position of the ego [m].
+    """
+    if kept.all() and not len(added):
+        return replace(tracks, id=own_id, small=small)
+    own: dict[str, Any] = {name: values for name in _COLUMNS if isinstance(values := getattr(tracks, name), np.ndarray)}
+    own |= {"id": own_id, "small": small}
+    if not kept.all():
+        own = {name: values[kept] for name, values in own.items()}
+    if len(added):
+        rows = record(added, added_id, ego_odom, tracks.models)
+        own = {name: np.concatenate([values, getattr(rows, name)]) for name, values in own.items()}
+    return replace(tracks, **own)
+
+
+def record(tracks: SmallTracks, ids: Ints, ego_odom: Floats, models: tuple[str, ...]) -> Tracks:
+    """Return the record of small road users: the constant velocity model is the selected one, at the box centre."""
+    count, m = len(tracks), len(models)
+    center = centers(tracks, ego_odom)
+    mean, covariance = np.zeros((count, 8)), np.zeros((count, 8, 8))
+    mean[:, :2], mean[:, 2:4], mean[:, 6] = center, tracks.mean[:, 2:], tracks.heading
+    covariance[:, :4, :4] = tracks.covariance
+    covariance[:, [4, 5], [4, 5]] = small_tracks.ACCELERATION_STD_MPS2**2
+    across = small_tracks.ACCELERATION_STD_MPS2 / np.maximum(tracks.speed, small_tracks.SPEED_MIN_MPS)
+    variance = np.trace(tracks.covariance[:, 2:, 2:], axis1=1, axis2=2) / np.maximum(tracks.speed, 0.1) ** 2
+    covariance[:, 6, 6], covariance[:, 7, 7] = variance, across**2
+    model = models.index("cv") if "cv" in models else 0
+    probability = np.zeros((count, m))
+    probability[:, model] = 1.0
+    ahead = center[:, None] + np.array(PREDICTION_S)[None, :, None] * tracks.mean[:, None, 2:]
+    return Tracks(
+        id=ids,
+        status=tracks.status.astype(np.uint8),
+        mean=mean,
+        covariance=covariance,
+        model_probability=probability,
+        model=np.full(count, model),
+        model_position_odom=np.repeat(center[:, None], m, axis=1),
+        corner_sign=np.zeros((count, 2), dtype=np.int64),
+        size=tracks.size,
+        model_covariance_odom=np.repeat(tracks.covariance[:, None, :2, :2], m, axis=1),
+        model_nis=np.full((count, m), np.nan),
+        prediction_odom=np.repeat(ahead[:, None], m + 1, axis=1),
+        small=np.ones(count, dtype=np.bool_),
+        models=models,
+    )
+
+
+def centers(tracks: SmallTracks, ego_odom: Floats) -> Floats:
+    """(K, 2) centres [m]: the hidden part of a box lies behind its visible points, seen from the ego."""
+    from_ego = rotate(tracks.mean[:, :2] - ego_odom, -tracks.heading)
+    hidden = np.maximum(tracks.size - tracks.extent, 0.0)
+    return tracks.mean[:, :2] + rotate(0.5 * hidden * np.clip(from_ego / ABEAM_M, -1.0, 1.0), tracks.heading)

@@ -1,4 +1,4 @@
-"""Tracks of small road users as arrays: constant velocity filters, size memory and confirmation by motion."""
+"""Settings of the tracks of small road users."""
 
 from dataclasses import dataclass, fields
 from functools import lru_cache
@@ -8,7 +8,90 @@ import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.records import SmallBoxes, Status
-from luxloop.tracker.tracking.small.small_config import SmallConfig
+
+LENGTH_MAX_M = 2.0
+"""Maximum length of a bicycle with its rider [m]: nuScenes' labels are 1.7 by 0.6 m on average."""
+
+WIDTH_MAX_M = 1.0
+"""Maximum width of a rider or a person with swinging arms [m]; vehicles are wider."""
+
+POSITION_STD_M = 0.15
+"""Standard deviation of the centre of the points [m]: legs and arms swing, and one side of a person of 0.3 to 0.5 m
+is visible."""
+
+ACCELERATION_STD_MPS2 = 0.7
+"""Acceleration of people who walk: 0.68 on average (Teknomo 2002) [m/s^2]; cyclists start with 0.6 to 0.9
+(Parkin and Rotheram 2010)."""
+
+ACCELERATION_TIME_S = 0.5
+"""Its correlation time, a step at 2 steps a second [s]; the spectral density is 2 x 0.7^2 x 0.5 = 0.5 m^2/s^3."""
+
+INITIAL_SPEED_STD_MPS = 2.5
+"""Standard deviation of the first speed along an axis [m/s]: people walk at 1.34 (Weidmann 1993), and cyclists ride
+at 4 to 6."""
+
+GATE_CHI2 = 13.8
+"""Gate on the squared Mahalanobis distance of an observation: 99.9 % of chi-square with 2 degrees of freedom."""
+
+LEFT_M = 0.8
+"""Distance from the first place at which a track is confirmed [m]: more than the width of a person, so that another
+view of a pole or a trunk is no motion."""
+
+SPEED_MIN_MPS = 0.5
+"""Least speed at confirmation [m/s]; slow walkers do 0.7, two standard deviations below the mean."""
+
+STRAIGHT_MIN = 0.7
+"""Least distance from the first place, as a share of the way of the track's estimates: noise wanders."""
+
+CONFIRM_HITS = 8
+"""Least number of observations for confirmation: a person walks `left_m` in 0.6 s, and parts of passing vehicles
+that look small are rarely visible for longer."""
+
+TENTATIVE_COAST_S = 0.2
+"""A tentative track is terminated if it was not seen for longer than this [s]."""
+
+GAP_S = 0.25
+"""A confirmed track stays confirmed through gaps up to this length [s] and coasts after it."""
+
+COAST_S = 1.0
+"""A confirmed track is terminated if it was not seen for longer than this [s]: a person's course is unknown to
+0.35 m after it."""
+
+SIZE_GAIN = 0.1
+"""Gain of the filter of the visible extents."""
+
+RIDER_SPEED_MPS = 3.0
+"""A small road user faster than this rides [m/s]: joggers run at 2.5 to 3."""
+
+VEHICLE_MARGIN_M = 0.4
+"""Points within this distance of a vehicle's box are a part of it [m]: mirrors, and errors of its size."""
+
+ATTACHED_M = 1.5
+"""Points within this distance of a moving vehicle's box that keep its speed are a part of it [m]: long mirrors, and
+ends of a truck that its box does not cover yet."""
+
+ATTACHED_SPEED_MPS = 1.0
+"""Largest difference of the velocities of a vehicle and its part [m/s], and least speed of that vehicle."""
+
+WHOLE_VIEWS_MIN = 3
+"""Least number of views of both sides from end to end after which a vehicle's box that was never seen larger than a
+bicycle is a bicycle; a part of a vehicle behind others is truncated."""
+
+SAME_M = 1.0
+"""A track of vehicle stages and a small one are of one object within this distance of their centres [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class SmallConfig:
+    """Tracks of people and bicycles: sizes, motion, and confirmation.
+
+    A person has no visible shape at this resolution, and stands like a pole. Only motion distinguishes them, so a
+    person is confirmed after a few steps, and one that never walks is not.
+    """
+
+    enabled: bool = True
+    """Track small road users beside the vehicles. Off: as in the paper, which tracks vehicles only."""
+
 
 PERSON_M = np.array([0.5, 0.5])
 """(2,) length and width of a person [m]: shoulders of 0.48 m."""
@@ -75,13 +158,13 @@ _columns = attrgetter(*[field.name for field in fields(SmallTracks)])
 def empty() -> SmallTracks:
     """Return no tracks."""
     none, places = np.zeros(0), np.zeros((0, 2))
-    return start(SmallBoxes(np.zeros(0, dtype=np.int64), places, none, places, none), 0, SmallConfig())
+    return start(SmallBoxes(np.zeros(0, dtype=np.int64), places, none, places, none), 0)
 
 
-def start(boxes: SmallBoxes, first_id: int, config: SmallConfig) -> SmallTracks:
+def start(boxes: SmallBoxes, first_id: int) -> SmallTracks:
     """Return a tentative track for each box, with ids from `first_id` on."""
     count = len(boxes)
-    variance = np.square([*[config.position_std_m] * 2, *[config.initial_speed_std_mps] * 2])
+    variance = np.square([*[POSITION_STD_M] * 2, *[INITIAL_SPEED_STD_MPS] * 2])
     mean, extent, longer = np.zeros((count, 4)), np.empty((count, 2)), boxes.size.max(axis=1, initial=0.0)
     mean[:, :2], extent[:, 0], extent[:, 1] = boxes.center, longer, boxes.size.min(axis=1, initial=np.inf)
     return SmallTracks(
@@ -104,9 +187,9 @@ def join(first: SmallTracks, second: SmallTracks) -> SmallTracks:
     return SmallTracks(*[np.concatenate(pair) for pair in zip(_columns(first), _columns(second), strict=True)])
 
 
-def predict(tracks: SmallTracks, dt: float, config: SmallConfig) -> None:
+def predict(tracks: SmallTracks, dt: float) -> None:
     """Move on by `dt` [s]: constant velocity, with white acceleration (Bar-Shalom, Li, Kirubarajan 2001, 6.2.2)."""
-    transition, noise = _motion(dt, 2.0 * config.acceleration_std_mps2**2 * config.acceleration_time_s)
+    transition, noise = _motion(dt, 2.0 * ACCELERATION_STD_MPS2**2 * ACCELERATION_TIME_S)
     tracks.mean = tracks.mean @ transition.T
     tracks.covariance = transition @ tracks.covariance @ transition.T + noise
     tracks.unseen_s += dt
@@ -123,18 +206,18 @@ def _motion(dt: float, density: float) -> tuple[Floats, Floats]:
     return transition, noise
 
 
-def distances(tracks: SmallTracks, boxes: SmallBoxes, config: SmallConfig) -> Floats:
+def distances(tracks: SmallTracks, boxes: SmallBoxes) -> Floats:
     """(K, B) squared Mahalanobis distances of boxes from tracks."""
     residual = _residual(tracks.mean[:, None], boxes.center, boxes.time_offset)
-    spread = tracks.covariance[:, :2, :2] + config.position_std_m**2 * np.eye(2)
+    spread = tracks.covariance[:, :2, :2] + POSITION_STD_M**2 * np.eye(2)
     return np.asarray(np.einsum("kbi,kij,kbj->kb", residual, np.linalg.inv(spread), residual))
 
 
-def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints, config: SmallConfig) -> None:
+def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints) -> None:
     """Update the tracks `row` (P,) by the boxes `box` (P,)."""
     old, covariance, size = tracks.mean[row], tracks.covariance[row], boxes.size[box]
     residual = _residual(old, boxes.center[box], boxes.time_offset[box])
-    spread = covariance[:, :2, :2] + config.position_std_m**2 * np.eye(2)
+    spread = covariance[:, :2, :2] + POSITION_STD_M**2 * np.eye(2)
     gain = covariance[:, :, :2] @ np.linalg.inv(spread)
     mean = old + (gain @ residual[:, :, None])[:, :, 0]
     covariance = covariance - gain @ spread @ gain.swapaxes(1, 2)
@@ -143,24 +226,24 @@ def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints, config:
     tracks.way_m[row] += np.hypot(since[:, 0], since[:, 1])
     tracks.hits[row] += 1
     tracks.unseen_s[row] = 0.0
-    longer, rider = size.max(axis=1, initial=0.0), np.hypot(mean[:, 2], mean[:, 3]) > config.rider_speed_mps
+    longer, rider = size.max(axis=1, initial=0.0), np.hypot(mean[:, 2], mean[:, 3]) > RIDER_SPEED_MPS
     extent = _extents(size, boxes.heading[box] - np.arctan2(mean[:, 3], mean[:, 2]))
     new = (tracks.extent, extent), (tracks.longer, longer), (tracks.rides, (longer > RIDER_EXTENT_M) | rider)
     for column, seen in new:
-        column[row] += config.size_gain * (seen - column[row])
+        column[row] += SIZE_GAIN * (seen - column[row])
 
 
-def settle(tracks: SmallTracks, config: SmallConfig) -> None:
+def settle(tracks: SmallTracks) -> None:
     """Update the status of the tracks at the end of a frame."""
     way, speed = tracks.mean[:, :2] - tracks.birthplace, tracks.speed
     moved = np.hypot(way[:, 0], way[:, 1])
-    left = (speed > config.speed_min_mps) & (moved > config.left_m) & (moved > config.straight_min * tracks.way_m)
-    fits = (tracks.longer <= config.longer_max_m) & (tracks.extent[:, 1] <= config.wider_max_m)
-    shown = left & (tracks.hits >= config.confirm_hits) & (tracks.unseen_s == 0.0)
+    left = (speed > SPEED_MIN_MPS) & (moved > LEFT_M) & (moved > STRAIGHT_MIN * tracks.way_m)
+    fits = (tracks.longer <= LENGTH_MAX_M) & (tracks.extent[:, 1] <= WIDTH_MAX_M)
+    shown = left & (tracks.hits >= CONFIRM_HITS) & (tracks.unseen_s == 0.0)
     confirmed = fits & ((tracks.status != Status.TENTATIVE.value) | shown)
     tracks.status[:] = np.where(confirmed, int(Status.CONFIRMED), int(Status.TENTATIVE))
-    tracks.status[confirmed & (tracks.unseen_s > config.gap_s)] = int(Status.COASTING)
-    tracks.status[tracks.unseen_s > np.where(confirmed, config.coast_s, config.tentative_coast_s)] = int(Status.DEAD)
+    tracks.status[confirmed & (tracks.unseen_s > GAP_S)] = int(Status.COASTING)
+    tracks.status[tracks.unseen_s > np.where(confirmed, COAST_S, TENTATIVE_COAST_S)] = int(Status.DEAD)
 
 
 def _extents(size: Floats, turn: Floats) -> Floats:

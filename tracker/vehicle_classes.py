@@ -1,11 +1,139 @@
-"""Sides of vehicles: likelihood that one of two visible sides is the length and the other one the width."""
+"""Vehicle classes: their sizes, and what the visible sides of an object tell about them."""
 
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.tracking.kernels import face_depths
+
+FACE_MIN_M = 0.6
+"""A side with a smaller visible extent may face away [m]; corners are rounded by 0.25 to 0.4."""
+
+CAR_LONGEST_M = 6.0
+"""Longest car [m]: longer vehicles are trucks and buses."""
+
+WIDEST_M = 2.8
+"""Width of a vehicle at most [m]: a truck measures 2.55, and the errors of two fits."""
+
+WIDE_M = 3.0
+"""A longer side is the length of a vehicle [m]; vehicles are narrower."""
+
+LONGEST_M = 18.8
+"""Length of a vehicle at most [m], a lorry with its trailer (Directive 96/53/EC)."""
+
+FASTEST_MPS = 75.0
+"""Speed of a vehicle over ground at most [m/s]: 270 km/h."""
+
+TRUNCATED_PROBABILITY = 0.3
+"""Probability that a side that seems whole is truncated: thin occluders and lost beams are not detected."""
+
+GRID_M: Floats = np.array(0.4 * 1.02 ** np.arange(200), dtype=np.float64)
+"""(G,) lengths and widths that a vehicle may have [m]: 0.4 to 20.6, in steps of 2 %."""
+
+
+class Sides(NamedTuple):
+    """Range of a side of a vehicle class: a uniform distribution with soft ends."""
+
+    low_m: float
+    """Shortest [m]."""
+    high_m: float
+    """Longest [m]."""
+    std_m: float
+    """Standard deviation beyond either end [m]."""
+
+
+class SizeClass(NamedTuple):
+    """Share and sizes of a vehicle class."""
+
+    share: float
+    """Share of all vehicles."""
+    length: Sides
+    width: Sides
+
+
+SIZE_CLASSES = (
+    SizeClass(0.75, Sides(4.5, 4.5, 0.4), Sides(1.82, 1.82, 0.09)),
+    SizeClass(0.07, Sides(4.8, 6.1, 0.05), Sides(2.0, 2.0, 0.07)),
+    SizeClass(0.08, Sides(5.9, 12.4, 0.05), Sides(2.51, 2.51, 0.08)),
+    SizeClass(0.05, Sides(15.0, 18.75, 0.05), Sides(2.55, 2.55, 0.06)),
+    SizeClass(0.05, Sides(2.11, 2.11, 0.25), Sides(0.77, 0.77, 0.12)),
+)
+"""Cars, vans, lorries and buses, lorries with trailers, motorcycles with riders.
+
+Motorcycles, and the width of lorries, are the mean labels of nuScenes (Caesar et al. 2020); cars are between those of
+nuScenes, 4.62 by 1.95 m, and KITTI, 3.88 by 1.63 m (Geiger et al. 2012). The limits of lorries and buses are those of
+Directive 96/53/EC: 12 m, 18.75 m with a trailer, 2.55 m wide. The shares are rough."""
+
+
+def side_probabilities() -> tuple[Floats, Floats]:
+    """Return the shares (C,) of the classes, and the probabilities (C, 2, G) of `GRID_M` for length and width."""
+    share = np.array([each.share for each in SIZE_CLASSES])
+    sides = np.array([[each.length, each.width] for each in SIZE_CLASSES])
+    low, high, std = (side[..., None] for side in np.moveaxis(sides, 2, 0))
+    beyond = np.maximum(low - GRID_M, 0.0) + np.maximum(GRID_M - high, 0.0)
+    cell = np.exp(-0.5 * (beyond / std) ** 2) * GRID_M  # cells of a geometric grid are as wide as their place
+    return share, np.asarray(cell / cell.sum(axis=2, keepdims=True))
+
+
+LINE_DEPTH_M = 0.015
+"""Mean depth of points on a line, from range noise [m]."""
+
+CAR_LINE_SHARE = 0.1
+"""Share of the single faces of cars whose points lie on a line."""
+
+CAR_DEPTH_M = 0.22
+"""Most frequent depth of the other ones [m], which have a gamma distribution of shape 2: parts of the bow and of glass
+that is set back are seen."""
+
+LORRY_LINE_SHARE = 0.5
+"""Share of the single faces of lorries whose points lie on a line; the rest has a small relief."""
+
+LORRY_RELIEF_M = 0.15
+"""Mean relief of the other ones [m]."""
+
+BACKGROUND_LINE_SHARE = 0.55
+"""Share of background segments whose points lie on a line."""
+
+BACKGROUND_RELIEF_SHARE = 0.35
+"""Share of background segments with a small relief; the rest has a corner."""
+
+BACKGROUND_RELIEF_M = 0.15
+"""Mean relief of these [m]."""
+
+CORNER_DEPTH_MAX_M = 2.8
+"""Depth of a background segment with a corner, at most [m]; deeper ones are no vehicles."""
+
+
+@kernel()
+def of_car(depth_m: float) -> float:
+    """Return the density of the depth of a single face of a car, van or motorcycle."""
+    bowed = depth_m / CAR_DEPTH_M * exponential(depth_m, CAR_DEPTH_M)
+    return CAR_LINE_SHARE * exponential(depth_m, LINE_DEPTH_M) + (1.0 - CAR_LINE_SHARE) * bowed
+
+
+@kernel()
+def of_lorry(depth_m: float) -> float:
+    """Return the density of the depth of a single face of a lorry or bus."""
+    line, relief = exponential(depth_m, LINE_DEPTH_M), exponential(depth_m, LORRY_RELIEF_M)
+    return LORRY_LINE_SHARE * line + (1.0 - LORRY_LINE_SHARE) * relief
+
+
+@kernel()
+def of_background(depth_m: float) -> float:
+    """Return the density of the depth of a background segment; deeper ones than vehicles are as dense as corners."""
+    line, relief = exponential(depth_m, LINE_DEPTH_M), exponential(depth_m, BACKGROUND_RELIEF_M)
+    corner_share = 1.0 - BACKGROUND_LINE_SHARE - BACKGROUND_RELIEF_SHARE
+    return (
+        BACKGROUND_LINE_SHARE * line + BACKGROUND_RELIEF_SHARE * relief + corner_share / CORNER_DEPTH_MAX_M
+    )  # fmt: skip
+
+
+@kernel()
+def exponential(depth_m: float, mean_m: float) -> float:
+    """Return the density of an exponential distribution."""
+    return math.exp(-depth_m / mean_m) / mean_m
 
 
 class VehicleClass(NamedTuple):
@@ -102,7 +230,7 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
     second = (size[1], truncated_probability if whole[1] else 1.0)
     longer, shorter = (first, second) if first >= second else (second, first)
     low, high = BACKGROUND_LENGTH_M
-    background = face_depths.of_background(shorter[0]) / (math.log(high / low) * max(longer[0], low))
+    background = of_background(shorter[0]) / (math.log(high / low) * max(longer[0], low))
     if longer[0] > CAR_LENGTH_MAX_M:
         background += view_density(longer, shorter, PAIR)
     vehicle = 0.0
@@ -117,7 +245,7 @@ def view_density(longer: Side, shorter: Side, kind: VehicleClass) -> float:
 
     A side is its visible extent [m] and the probability that it is truncated.
     """
-    depth = face_depths.of_lorry(shorter[0]) if kind.flat else face_depths.of_car(shorter[0])
+    depth = of_lorry(shorter[0]) if kind.flat else of_car(shorter[0])
     alone, both = 0.5 * SINGLE_FACE_SHARE * depth, 1.0 - SINGLE_FACE_SHARE
     along = side_density(longer[0], longer[1], kind.length_m, 0.0) * (
         alone + both * side_density(shorter[0], shorter[1], kind.width_m, 0.0)
