@@ -140,7 +140,9 @@ def figures(metrics: Mapping[str, Metric], columns: int) -> Screen:
     rows = [(FIGURES[name], *figure_cells(name, metrics[name])) for name in shown]
     lines = table(("Main figures", "value", "95 % interval"), rows)
     if columns >= NAMED_FROM:
-        lines = [lines[0], *(line.append(f"   {name}", "dim") for line, name in zip(lines[1:], shown, strict=True))]
+        width = max(map(len, lines))
+        for line, name in zip(lines[1:], shown, strict=True):
+            line.append(f"{'':<{width - len(line) + 3}}{name}", "dim")
     return lines
 
 
@@ -152,11 +154,13 @@ def figure_cells(name: str, metric: Metric) -> tuple[str, str]:
 
 
 def figure_text(name: str, value: float | None) -> str:
-    """Return a number of a main figure without its unit, with three significant digits."""
+    """Return a number of a main figure without its unit, with three significant digits but at most three decimals."""
     if value is None:
         return NONE
     shown = 100.0 * value if name in PERCENT else value
-    return f"{shown:#.3g}".rstrip(".") if abs(shown) < 1000.0 else f"{shown:.0f}"
+    if 0.1 <= abs(shown) < 1000.0:
+        return f"{shown:#.3g}".rstrip(".")
+    return f"{shown:.3f}" if abs(shown) < 0.1 else f"{shown:.0f}"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Screen:
@@ -165,7 +169,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Screen:
 
     def line(cells: Sequence[str]) -> Text:
         others = (f"   {cell:>{width}}" for cell, width in zip(cells[1:], widths[1:], strict=True))
-        return Text(f"  {cells[0]:<{widths[0]}}" + "".join(others))
+        return Text((f"  {cells[0]:<{widths[0]}}" + "".join(others)).rstrip())
 
     title = line((f"{head[0]:<{widths[0] + 2}}", *head[1:])).plain.strip()
     return [_heading(title), *(line(row) for row in rows)]

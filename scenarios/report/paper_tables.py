@@ -83,7 +83,7 @@ def position_error(result: Result) -> Table:
         for axis in "xy":
             prefix = f"mma.{estimate}.{target}.{axis}_abs"
             mean, std = result.metrics[f"{prefix}_mean_m"], result.metrics[f"{prefix}_std_m"]
-            cells += [value_of(mean), interval_of(mean), value_of(std)]
+            cells += [value_of(mean), interval_of(mean).removesuffix(" vehicles"), value_of(std)]  # two on a line
         style = "bold" if estimate == "mma" else ""
         table.add_row(estimate, target.split("_")[0], *cells, str(mean.n), style=style)
     for (model, targets), published in paper_figures.POSITION_ABS_M.items():
