@@ -12,6 +12,7 @@ from typing import Any
 
 OWN = "luxloop"
 """Distribution whose plug-ins ship with luxloop."""
+GROUPS = ("luxloop.formats", "luxloop.traffic", "luxloop.trackers")
 
 
 class PluginError(Exception):
@@ -92,6 +93,12 @@ class PluginGroup:
             other = "luxloop itself" if name in self.core else _described(entries[1])
             raise PluginError(f"{_described(entries[0])} has the name of {other}; uninstall or rename one")
         return entries[0] if entries else None
+
+
+def distributions() -> dict[str, str]:
+    """Return the versions of other packages with plug-ins, by name."""
+    entries = [entry for group in GROUPS for entry in _registered(group) if entry.dist and _distribution(entry) != OWN]
+    return {entry.dist.name: entry.dist.version for entry in entries if entry.dist}
 
 
 @cache

@@ -70,6 +70,8 @@ def test_the_commands_of_the_page_use_the_example(example, tmp_path):
 def test_the_run_of_a_plugin_is_graded_again_and_needs_the_plugin(example, tmp_path):
     run = ["run", str(EXAMPLE / "circle.toml"), "--no-recording", "--json", "-q", "--record-scans", "--out", "run"]
     first, again = plugin_package.luxloop(example, tmp_path, run, ["grade", "run", "--json"])
+    result = json.loads((tmp_path / "run" / "result.json").read_text(encoding="utf-8"))
+    assert result["versions"]["luxloop-circling"] == "1.0"
     hota = [json.loads(each.out)["metrics"]["track.hota"]["value"] for each in (first, again)]
     assert hota[0] == hota[1] > 0.3
     (without,) = plugin_package.luxloop(tmp_path, tmp_path, ["grade", "run"])
