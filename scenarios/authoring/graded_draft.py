@@ -40,7 +40,9 @@ def grade(draft: Draft, rehearsal: Rehearsal, out: Path) -> GradedDraft:
 
 
 def _line(failed: Check) -> str:
-    return f"{failed.name} = {value_of(failed.metric)}, limit {failed.limit}"
+    value = failed.metric.value
+    shown = value_of(failed.metric) if value is None else f"{value:.4g}"  # three digits may equal the limit
+    return f"{failed.name} = {shown}, limit {failed.limit}"
 
 
 def _sentence(draft: Draft, rehearsal: Rehearsal, checks: list[Check]) -> str:

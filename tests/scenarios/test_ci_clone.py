@@ -41,6 +41,10 @@ def test_the_workflow_installs_the_pinned_revision_and_runs_the_cases(address, t
     (here,) = repository.glob(".venv/lib/python*/site-packages")
     assert (here / "luxloop" / "sim" / "world.py").is_file()
     copy_kernels(here)
+    python = repository / ".venv" / "bin" / "python"
+    program = python.with_name("pytest")  # pip made none: it found the package in this environment
+    program.write_text(f'#!/bin/sh\nexec "{python}" -m pytest "$@"\n', encoding="utf-8")
+    program.chmod(0o755)
     path = 'export PATH="$PWD/.venv/bin:$PATH"; '
     run_checked(["bash", "-ec", path + warm_up], repository, **settings)
     assert "6 passed" in run_checked(["bash", "-ec", path + tests], repository, **settings)

@@ -208,8 +208,10 @@ def test_the_window_has_as_many_neighbours_as_it_says(written):
 
 
 def test_an_ego_that_was_asked_for(written, capfd, tmp_path):
-    scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60", "--ego", "s_e.0")
-    assert scenario.traffic.ego == "vehicle:s_e.0"
+    best, _ = written(CROSSING / "crossing.net.xml", "--window", "60")  # one whose limits hold
+    ego = best.traffic.ego.removeprefix("vehicle:")
+    scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60", "--ego", ego, "--force")
+    assert scenario.traffic.ego == best.traffic.ego
     assert "as asked for" in choices[0]
     arguments = [
         str(CROSSING / "crossing.net.xml"),
