@@ -5,7 +5,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 EXAMPLES = DOCS / "examples"
-CATALOG = ROOT / "scenarios" / "catalog"
+CATALOG = ROOT / "luxloop" / "scenarios" / "catalog"
 TESTS = ROOT / "tests"
 NETS = TESTS / "nets"
 
