@@ -11,7 +11,6 @@ from support.stages import fit_points, off_quarter, one_segment
 from luxloop.tracker.detection import body_fit
 from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.records import METHODS, Segments
-from luxloop.tracker.scan import Scan
 
 STARTS_DEG = (2.0, -4.0, 15.0, -38.0)
 """Errors of the candidates."""
@@ -207,14 +206,6 @@ def test_the_heading_has_the_asymmetry_of_bodies_at_least():
 
 
 # --- inputs ---------------------------------------------------------------------------------
-
-
-def test_scan_lines_are_units_times_layers():
-    """Units 0 and 2 with layers 0 to 3: equal numbers for points of the same unit and layer only."""
-    unit, layer = np.array([0, 0, 2, 2, 2, 0]), np.array([0, 3, 0, 3, 3, 3])
-    line = body_fit.scan_lines(Scan.from_points(0.0, np.ones((6, 3)), unit=unit, layer=layer))
-    assert line.tolist() == [0, 3, 8, 11, 11, 3]
-    assert body_fit.scan_lines(Scan.from_points(0.0, np.empty((0, 3)))).shape == (0,)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 200])

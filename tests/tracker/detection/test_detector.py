@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from support import short_run
 from support.shapes import l_shape
+from support.stages import one_segment
 
 from luxloop.tracker.detection.deskew import Movers
-from luxloop.tracker.detection.detector import Detector, DetectorConfig
+from luxloop.tracker.detection.detector import Detector, DetectorConfig, sorted_points
 from luxloop.tracker.detection.preprocess import PreprocessConfig
-from luxloop.tracker.records import MODELS, Status, StepTrace, Tracks
+from luxloop.tracker.records import MODELS, Segments, Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import Tracker, TrackerConfig
 from luxloop.tracker.tracking.filters import FilterConfig
@@ -95,3 +96,14 @@ def test_a_plug_in_with_the_detector_is_graded_by_its_fits_and_its_tracks():
     assert own[fits].n == shipped[fits].n > 10
     assert own[fits].value == pytest.approx(shipped[fits].value, abs=1.0)
     assert own["track.hota"].value > 0.3
+
+
+def test_scan_lines_are_units_times_layers():
+    """Units 0 and 2 with layers 0 to 3: equal numbers for points of the same unit and layer only."""
+    unit, layer = np.array([0, 0, 2, 2, 2, 0]), np.array([0, 3, 0, 3, 3, 3])
+    scan = Scan.from_points(0.0, np.ones((6, 3)), unit=unit, layer=layer)
+    points = sorted_points(scan, one_segment(6), np.zeros(6, bool))
+    assert points.scan_line.tolist() == [0, 3, 8, 11, 11, 3]
+    nothing = sorted_points(Scan.from_points(0.0, np.empty((0, 3))), Segments(np.empty(0, int), 0), np.zeros(0, bool))
+    assert nothing.scan_line.shape == nothing.source.shape == (0,)
+    assert nothing.offset.tolist() == [0]

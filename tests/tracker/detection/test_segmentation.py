@@ -12,7 +12,7 @@ from support.shapes import Car, scan_car
 from luxloop.tracker.detection import preprocess, segmentation
 from luxloop.tracker.detection.preprocess import PreprocessConfig
 from luxloop.tracker.detection.segmentation import SegmentationConfig
-from luxloop.tracker.records import NOT_USED
+from luxloop.tracker.records import NOT_USED, Segments
 from luxloop.tracker.scan import PointFlag, Scan
 
 
@@ -164,3 +164,55 @@ def test_keep_of_an_empty_scan():
 def test_an_unknown_flag_is_rejected():
     with pytest.raises(ValueError, match=r"rain.*choose from transparent"):
         PreprocessConfig(drop_flags=("rain",))
+
+
+def random_segments(seed, count=60, segments=5):
+    """Points (count, 3) with attributes, in segments or in none."""
+    rng = np.random.default_rng(seed)
+    label = rng.integers(-1, segments, count)
+    columns = {"scan_line": rng.integers(0, 9, count), "time_offset": rng.normal(size=count),
+               "viewpoints": rng.normal(size=(count, 2)), "truncated": rng.random(count) < 0.5}  # fmt: skip
+    return rng.normal(size=(count, 3)), Segments(label, segments), columns
+
+
+def equals_those_of_the_scan(found, points, segments, columns):
+    """Every row is the point of its source; segments are in order, and their points in the order of the scan."""
+    for s in range(segments.count):
+        rows = slice(found.offset[s], found.offset[s + 1])
+        assert found.source[rows].tolist() == np.flatnonzero(segments.label == s).tolist()
+        assert set(found.label[rows]) <= {s}
+    assert found.offset[-1] == len(found.source)
+    own = found.xy, found.z, found.scan_line, found.time_offset, found.viewpoint_ego, found.truncated
+    for mine, of_scan in zip(own, (points[:, :2], points[:, 2], *columns.values()), strict=True):
+        np.testing.assert_array_equal(mine, of_scan[found.source])
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10_000))
+def test_points_are_sorted_by_segment_in_the_order_of_the_scan(seed):
+    points, segments, columns = random_segments(seed)
+    found = segmentation.sort_by_segment(points, segments, **columns)
+    equals_those_of_the_scan(found, points, segments, columns)
+    xy, first = found.chosen(found.truncated)
+    for s in range(segments.count):
+        expected = points[(segments.label == s) & columns["truncated"], :2]
+        np.testing.assert_array_equal(xy[first[s] : first[s + 1]], expected)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10_000))
+def test_points_sorted_again_are_those_of_the_other_segments(seed):
+    """Points may leave a segment, and a segment may go."""
+    points, segments, columns = random_segments(seed)
+    fewer = np.where(points[:, 0] < 0.5, segments.label, NOT_USED)
+    rest = segmentation.keep_only(Segments(fewer, segments.count), np.bincount(fewer[fewer >= 0], minlength=5) > 4)
+    again = segmentation.regrouped(segmentation.sort_by_segment(points, segments, **columns), rest)
+    equals_those_of_the_scan(again, points, rest, columns)
+
+
+def test_unknown_attributes_of_points_have_defaults():
+    found = segmentation.sort_by_segment(np.ones((3, 2)), Segments(np.array([0, -1, 0]), 1))
+    assert found.z.tolist() == found.time_offset.tolist() == [0.0, 0.0]
+    assert found.scan_line.tolist() == [0, 0]
+    assert found.viewpoint_ego.tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert not found.truncated.any()
