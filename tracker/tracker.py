@@ -9,26 +9,29 @@ from luxloop.tracker.arrays import Ints
 from luxloop.tracker.detection.boxes import small_boxes
 from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
-from luxloop.tracker.records import NO_TRACK, Detection, Status, StepTrace, Tracks
+from luxloop.tracker.merging import Pieces
+from luxloop.tracker.records import NO_TRACK, Detection, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.tracking import joint_correction, joint_prediction, memory, track_arrays
 from luxloop.tracker.tracking.association import AssociationConfig, Associator, HungarianAssociator
 from luxloop.tracker.tracking.confirmation import ConfirmationConfig
-from luxloop.tracker.tracking.corner_error import CornerConfig
-from luxloop.tracker.tracking.existence import ExistenceConfig
+from luxloop.tracker.tracking.corner import CornerConfig
+from luxloop.tracker.tracking.correction import correct
+from luxloop.tracker.tracking.existence import ExistenceConfig, terminate_lost
 from luxloop.tracker.tracking.filters import FilterConfig, motion
-from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
 from luxloop.tracker.tracking.mma import MmaConfig
-from luxloop.tracker.tracking.model_selection import BankSelection, ModelSelection
+from luxloop.tracker.tracking.model_selection import ModelSelection
+from luxloop.tracker.tracking.model_selection import model_selection as select_models
 from luxloop.tracker.tracking.observations import observe
 from luxloop.tracker.tracking.orientation import OrientationConfig
 from luxloop.tracker.tracking.output import report
+from luxloop.tracker.tracking.prediction import predict
 from luxloop.tracker.tracking.small_objects import SmallObjects
 from luxloop.tracker.tracking.small_tracks import LENGTH_MAX_M, WIDTH_MAX_M, SmallConfig
-from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
-from luxloop.tracker.tracking.track_observation import track_observation
+from luxloop.tracker.tracking.track_observation import assigned
+from luxloop.tracker.tracking.track_table import TENTATIVE, TrackTable, empty
 from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 
@@ -74,7 +77,7 @@ class Tracker:
     associator
         Assigns boxes to tracks; default `HungarianAssociator`.
     model_selection
-        Makes the filter banks of tracks; default `BankSelection`.
+        Mixes, corrects and selects the motion models of tracks; default by `mma.method`.
     track_management
         Starts, merges and terminates tracks; default `DefaultTrackManagement`.
     """
@@ -91,10 +94,11 @@ class Tracker:
         self.config = config = config or TrackerConfig()
         self._detector = detector or Detector(config)
         self._associator = associator or HungarianAssociator(config.association)
-        self._model_selection = model_selection or BankSelection(config.filters, config.mma)
-        self._track_management = track_management or DefaultTrackManagement(config.union, track_config(config))
+        self._selection = model_selection or select_models(config.mma)
+        self._settings = track_config(config)
+        self._management = track_management or DefaultTrackManagement(config.union, self._settings)
         self._small = SmallObjects()
-        self._tracks: list[Track] = []
+        self._tracks = empty(config.filters.models)
         self._time: float | None = None
 
     def step(self, scan: Scan) -> tuple[Tracks, StepTrace]:
@@ -113,21 +117,21 @@ class Tracker:
             which needs a new tracker. The tracker is unchanged and accepts the next scan.
         """
         self._detector.check(scan)
-        dt = self._elapsed(scan.time)
-        tracks = self._predict(dt)
-        living = [track for track in tracks if track.status is not Status.DEAD]
-        found = self._detector.step(scan, movers(living), track_arrays.pieces(long_vehicles(living)))
-        seen = observe(found.boxes, scan.ego_pose_odom, self.config.filters)
-        predictions = track_arrays.predictions(tracks)
-        hypotheses = hypothesise(predictions, seen, self.config.hypotheses)
+        dt, config = self._elapsed(scan.time), self.config
+        tracks = self._tracks.subset(self._tracks.alive)
+        predict(tracks, motion(dt, config.filters), self._selection, self._settings)
+        living = tracks.subset(tracks.alive)
+        found = self._detector.step(scan, movers(living), long_vehicles(living))
+        seen = observe(found.boxes, scan.ego_pose_odom, config.filters)
+        predictions = Predictions.of(tracks)
+        hypotheses = hypothesise(predictions, seen, config.hypotheses)
         pairs = self._associator.associate(tracks, predictions, hypotheses, seen)
-        observations = [track_observation(hypotheses, seen, t, b) for t, b in pairs]
-        joint_correction.update([tracks[t] for t, _ in pairs], observations)
-        memory.terminate_lost(tracks, scan, self.config.existence)
+        correct(tracks, assigned(hypotheses, seen, pairs), self._selection, self._settings, dt)
+        terminate_lost(tracks, scan, config.existence)
         track_id = box_ids(tracks, pairs, len(seen))
         forward = float(scan.ego_pose_odom[2])
-        self._tracks = self._track_management.manage(tracks, seen, track_id, forward, self._model_selection)
-        output = self._add_small(report(self._tracks, self.config.filters.models), found, scan, dt)
+        self._tracks = self._management.manage(tracks, seen, track_id, forward, self._selection)
+        output = self._add_small(report(self._tracks, self._selection), found, scan, dt)
         return output, StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
 
     def _elapsed(self, time: float) -> float:
@@ -135,12 +139,6 @@ class Tracker:
         dt = 0.0 if self._time is None else round(time - self._time, CLOCK_DIGITS)
         self._time = time
         return dt
-
-    def _predict(self, dt: float) -> list[Track]:
-        """Drop terminated tracks, move the others on by `dt` [s] and return them."""
-        tracks = [track for track in self._tracks if track.status is not Status.DEAD]
-        joint_prediction.predict(tracks, motion(dt, self.config.filters))
-        return tracks
 
     def _add_small(self, output: Tracks, found: Detection, scan: Scan, dt: float) -> Tracks:
         """Track the small road users, and add them to the record of the vehicles."""
@@ -151,20 +149,19 @@ class Tracker:
         return self._small.report(self._tracks, output, scan.ego_pose_odom[:2])
 
 
-def movers(tracks: Sequence[Track]) -> Movers:
+def movers(tracks: TrackTable) -> Movers:
     """Return boxes and velocities of tracks, for deskewing."""
-    corners = track_arrays.tracked_corners(tracks)
-    return Movers(*corners.boxes(track_arrays.sizes(tracks)), corners.velocity)
+    return Movers(*tracks.boxes(tracks.size), tracks.velocity)
 
 
-def long_vehicles(tracks: Sequence[Track]) -> list[Track]:
-    """Return the confirmed or coasting tracks of vehicles that are longer than a car."""
-    return [track for track in tracks if track.status is not Status.TENTATIVE and track.long]
+def long_vehicles(tracks: TrackTable) -> Pieces:
+    """Return the seen parts of the confirmed or coasting vehicles that are longer than a car."""
+    return tracks.subset((tracks.status != TENTATIVE) & tracks.long).pieces()
 
 
-def box_ids(tracks: Sequence[Track], pairs: Sequence[tuple[int, int]], boxes: int) -> Ints:
+def box_ids(tracks: TrackTable, pairs: Sequence[tuple[int, int]], boxes: int) -> Ints:
     """(B,) id of the track that each of the `boxes` was assigned to by pairs (track, box), `NO_TRACK` for none."""
     track_id = np.full(boxes, NO_TRACK, dtype=np.int64)
     for t, b in pairs:
-        track_id[b] = tracks[t].id
+        track_id[b] = tracks.id[t]
     return track_id

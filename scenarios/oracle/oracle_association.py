@@ -10,20 +10,19 @@ The gate also protects from misread boxes: a rear that is taken for a front move
 does the same: it ignores a box outside the gate that would move the track away from its vehicle.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.oracle.oracle_context import OracleContext
 from luxloop.sensor_model.truth import NO_ACTOR
-from luxloop.tracker.records import Status
 from luxloop.tracker.tracking.association import PairScore
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement
+from luxloop.tracker.tracking.track_table import TrackTable
 
 AWAY_M = 0.5
 """Limit on how far a correct box may move a track away from its vehicle [m]: corners are rounded, sizes are guessed."""
@@ -37,7 +36,7 @@ class OracleScore:
         self._context = context
 
     def __call__(
-        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
     ) -> tuple[Floats, Bools]:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
         cost, in_gate = self._score(tracks, predictions, hypotheses, seen)
@@ -55,38 +54,37 @@ class OracleTrackManagement:
         self._context = context
 
     def manage(
-        self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
-    ) -> list[Track]:
+        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+    ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
         context, shipped = self._context, self._shipped
         flow = shipped.flow(tracks, forward)
         shipped.orient(tracks, flow)
         shipped.settle(tracks)
         shipped.couple(tracks)
-        for group in self._by_actor(tracks):
-            shipped.merge(group)
+        for rows in self._by_actor(tracks):
+            shipped.merge(tracks, rows, selection)
         self._remove_duplicates(tracks)
-        for group in self._by_actor(tracks):
-            hand_over_id(group)
+        for rows in self._by_actor(tracks):
+            hand_over_id(tracks, rows)
         free = shipped.newcomers(tracks, seen, track_id)
-        followed = context.track_actor([track for track in tracks if track.status is not Status.DEAD])
-        new = newcomers(context.box_actor, context.support, followed, free)
-        return [*tracks, *shipped.start(new, seen, track_id, flow, models)]
+        new = newcomers(context.box_actor, context.support, context.track_actor(tracks)[tracks.alive], free)
+        return shipped.start(tracks, new, seen, track_id, flow, selection)
 
-    def _remove_duplicates(self, tracks: Sequence[Track]) -> None:
+    def _remove_duplicates(self, tracks: TrackTable) -> None:
         """Remove duplicates among the tracks of each actor, and tracks without an actor inside any other."""
-        for group in self._by_actor(tracks):
-            self._shipped.remove_duplicates(group)
-        status = [track.status for track in tracks]
-        self._shipped.remove_duplicates(tracks)
-        for track, before, actor in zip(tracks, status, self._context.track_actor(tracks).tolist(), strict=True):
-            track.status = track.status if actor == NO_ACTOR else before
+        for rows in self._by_actor(tracks):
+            self._shipped.remove_duplicates(tracks, rows)
+        status = tracks.status.copy()
+        self._shipped.remove_duplicates(tracks, np.arange(len(tracks)))
+        owned = self._context.track_actor(tracks) != NO_ACTOR
+        tracks.status[owned] = status[owned]
 
-    def _by_actor(self, tracks: Sequence[Track]) -> Iterator[list[Track]]:
-        """Yield the tracks of each actor."""
+    def _by_actor(self, tracks: TrackTable) -> Iterator[Ints]:
+        """Yield the rows of the tracks of each actor."""
         track_actor = self._context.track_actor(tracks)
         for actor in np.unique(track_actor[track_actor != NO_ACTOR]):
-            yield [track for track, own in zip(tracks, track_actor.tolist(), strict=True) if own == actor]
+            yield np.flatnonzero(track_actor == actor)
 
 
 def admissible(track_actor: Ints, box_actor: Ints, in_gate: Bools, misread: Bools) -> Bools:
@@ -128,10 +126,10 @@ def newcomers(box_actor: Ints, support: Ints, followed: Ints, free: Bools) -> Bo
     return np.asarray(free | (largest & (box_actor != NO_ACTOR) & ~np.isin(box_actor, followed)))
 
 
-def hand_over_id(tracks: Sequence[Track]) -> None:
-    """Give the oldest id among the tracks of one actor to its best surviving track."""
-    living = [track for track in tracks if track.status is not Status.DEAD]
-    if living:
-        first, heir = min(tracks, key=lambda track: track.id), max(living, key=lambda track: track.hits)
-        if first.status is Status.DEAD:
-            first.id, heir.id = heir.id, first.id
+def hand_over_id(tracks: TrackTable, rows: Ints) -> None:
+    """Give the oldest id among the tracks `rows` of one actor to its best surviving track."""
+    living = rows[tracks.alive[rows]]
+    if len(living):
+        first, heir = rows[tracks.id[rows].argmin()], living[tracks.hits[living].argmax()]
+        if not tracks.alive[first]:
+            tracks.id[[first, heir]] = tracks.id[[heir, first]]

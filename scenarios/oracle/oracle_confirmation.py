@@ -5,8 +5,6 @@ termination and the limit on sizes are those of the tracker. A confirmed track k
 one that covers two merged vehicles affects later segments.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from luxloop.scenarios.arrays import Bools, Ints
@@ -16,9 +14,9 @@ from luxloop.tracker.merging import MergeConfig
 from luxloop.tracker.records import Status
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement
+from luxloop.tracker.tracking.track_table import TrackTable
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 
 
@@ -36,24 +34,29 @@ class OracleConfirmation(DefaultTrackManagement):
         self._active = Stage.CONFIRMATION in stages
         self._context = context
 
-    def settle(self, tracks: Sequence[Track]) -> None:
+    def settle(self, tracks: TrackTable) -> None:
         """Update the status of every track; the truth confirms those that were seen."""
         super().settle(tracks)
         if self._active:
-            seen = [track for track in tracks if track.seen]
-            self._confirm(seen, self._context.track_actor(seen))
+            self._confirm(tracks, np.flatnonzero(tracks.seen), self._context.track_actor(tracks)[tracks.seen])
 
     def start(
-        self, newcomers: Bools, seen: Observations, track_id: Ints, flow: TrafficFlow, models: ModelSelection
-    ) -> list[Track]:
+        self,
+        tracks: TrackTable,
+        newcomers: Bools,
+        seen: Observations,
+        track_id: Ints,
+        flow: TrafficFlow,
+        selection: ModelSelection,
+    ) -> TrackTable:
         """Start a track for each box of the mask `newcomers` (B,), see `DefaultTrackManagement.start`."""
-        started = super().start(newcomers, seen, track_id, flow, models)
+        joined = super().start(tracks, newcomers, seen, track_id, flow, selection)
         if self._active:
-            self._confirm(started, self._context.box_actor[newcomers])
-        return started
+            self._confirm(joined, np.arange(len(tracks), len(joined)), self._context.box_actor[newcomers])
+        return joined
 
-    def _confirm(self, tracks: Sequence[Track], actor: Ints) -> None:
-        """Set the status of living tracks by the actors (T,) that they are on."""
-        for track, vehicle in zip(tracks, np.isin(actor, self._context.truth.vehicle_id), strict=True):
-            if track.status is not Status.DEAD:
-                track.status = Status.CONFIRMED if vehicle else Status.TENTATIVE
+    def _confirm(self, tracks: TrackTable, rows: Ints, actor: Ints) -> None:
+        """Set the status of the living ones of the tracks `rows` by the actors that they are on, of the same shape."""
+        on_vehicle = np.isin(actor, self._context.truth.vehicle_id)
+        status = np.where(on_vehicle, Status.CONFIRMED.value, Status.TENTATIVE.value)
+        tracks.status[rows] = np.where(tracks.alive[rows], status, tracks.status[rows])

@@ -1,14 +1,12 @@
 """State that the oracles of one tracker share."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.oracle.oracle_truth import Truth
 from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.tracker.records import Detection
-from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_table import TrackTable
 
 
 class OracleContext:
@@ -41,6 +39,6 @@ class OracleContext:
         owned = (track_id >= 0) & (self.box_actor != NO_ACTOR)
         self._actor_of.update(zip(track_id[owned].tolist(), self.box_actor[owned].tolist(), strict=True))
 
-    def track_actor(self, tracks: Sequence[Track]) -> Ints:
+    def track_actor(self, tracks: TrackTable) -> Ints:
         """(T,) actor that each track follows, `NO_ACTOR` for none."""
-        return np.array([self._actor_of.get(track.id, NO_ACTOR) for track in tracks], dtype=np.int64)
+        return np.array([self._actor_of.get(id, NO_ACTOR) for id in tracks.id.tolist()], dtype=np.int64)

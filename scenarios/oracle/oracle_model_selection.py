@@ -5,83 +5,62 @@ track without an actor selects its model from its observations. The filters, the
 corrections are those of the tracker.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.grading.mma_metrics import MODE_OF
 from luxloop.scenarios.oracle.oracle_context import OracleContext
-from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.tracker.records import MODELS
-from luxloop.tracker.tracking.filter_bank import SelectedBank
-from luxloop.tracker.tracking.filters import FilterConfig, Filters, Motion, initial_filters
+from luxloop.tracker.tracking.filters import Step
 from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, MmaConfig
-from luxloop.tracker.tracking.model_selection import ModelSelection
+from luxloop.tracker.tracking.model_selection import ModelSelection, SelectedModel
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.track import Track
 from luxloop.tracker.tracking.track_management import TrackManagement
+from luxloop.tracker.tracking.track_table import TrackTable
 
 
-class OracleBank(SelectedBank):
-    """Filter bank that selects the model of its actor's true mode."""
+class OracleModelSelection(SelectedModel):
+    """Model selection by the true mode of motion of the vehicle that each track follows."""
 
-    def __init__(self, filters: Filters, config: MmaConfig, context: OracleContext) -> None:
-        super().__init__(filters, config)
-        self._models: tuple[str, ...] = MODELS
+    def __init__(self, config: MmaConfig, context: OracleContext) -> None:
+        super().__init__(config)
         self._context = context
-        self.actor = NO_ACTOR
-        """Actor that the track follows."""
 
-    def predict(self, motion: Motion) -> None:
+    def predict(self, tracks: TrackTable, step: Step, dt: float) -> None:
         """Move on by one time step and select the true mode at its end."""
-        super().predict(motion)
-        self._models = motion.names
-        self.select()
+        super().predict(tracks, step, dt)
+        self.select(tracks)
 
-    def observe(self, residual: Floats, noise: Floats) -> Floats:
-        """Correct the filters; the residuals do not change the selected model."""
-        covariance = super().observe(residual, noise)
-        self.select()
-        return covariance
+    def correct(self, tracks: TrackTable, rows: Ints, innovation: Floats, noise: Floats) -> Floats:
+        """Correct the filters; the innovations do not change the selected model."""
+        used = super().correct(tracks, rows, innovation, noise)
+        self.select(tracks)
+        return used
 
-    def select(self) -> None:
-        """Select the true mode of the actor; without an actor, keep the probabilities."""
-        mode = self._context.truth.mode.get(self.actor)
-        if mode is not None:
-            self.probability = certain(mode, self._models)
-
-
-class OracleModelSelection:
-    """Model selection by the true mode of motion, a `ModelSelection`."""
-
-    def __init__(self, filters: FilterConfig, mma: MmaConfig, context: OracleContext) -> None:
-        self._filters = filters
-        self._mma = mma
-        self._context = context
-
-    def new_bank(self, position: Floats, covariance: Floats) -> OracleBank:
-        """Return the filter bank of a track that starts at (2,) [m] with covariance (2, 2) [m^2]."""
-        return OracleBank(initial_filters(position, covariance, self._filters), self._mma, self._context)
+    def select(self, tracks: TrackTable) -> None:
+        """Select the true modes of the actors; tracks without an actor keep their probabilities."""
+        modes = self._context.truth.mode
+        for t, actor in enumerate(self._context.track_actor(tracks).tolist()):
+            if actor in modes:
+                tracks.probability[t] = certain(modes[actor], tracks.models)
+        self.summarise(tracks, np.arange(len(tracks)))
 
 
 class ActorRecorder:
-    """Track management that also records which actor each track follows, and passes it to the filter banks."""
+    """Track management that also records which actor each track follows."""
 
     def __init__(self, management: TrackManagement, context: OracleContext) -> None:
         self._management = management
         self._context = context
 
     def manage(
-        self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
-    ) -> list[Track]:
+        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+    ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        managed = self._management.manage(tracks, seen, track_id, forward, models)
+        managed = self._management.manage(tracks, seen, track_id, forward, selection)
         self._context.add_tracks(track_id)
-        for track, actor in zip(managed, self._context.track_actor(managed).tolist(), strict=True):
-            if isinstance(track.corner.bank, OracleBank):
-                track.corner.bank.actor = actor
-                track.corner.bank.select()
+        if isinstance(selection, OracleModelSelection):
+            selection.select(managed)
         return managed
 
 

@@ -16,7 +16,7 @@ from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import Tracker, TrackerConfig, track_config
 from luxloop.tracker.tracking.association import HungarianAssociator, LikelihoodScore, PairScore
-from luxloop.tracker.tracking.model_selection import BankSelection, ModelSelection
+from luxloop.tracker.tracking.model_selection import ModelSelection, model_selection
 from luxloop.tracker.tracking.track_management import TrackManagement
 
 
@@ -54,13 +54,13 @@ class OracleTracker:
             )
         self._context = context = OracleContext()
         score = score or LikelihoodScore(config.association)
-        models = models or BankSelection(config.filters, config.mma)
+        models = models or model_selection(config.mma)
         management: TrackManagement
         management = shipped = confirmation(config.union, track_config(config), replaced, context)
         if Stage.ASSOCIATION in replaced:
             score, management = OracleScore(score, context), OracleTrackManagement(shipped, context)
         if Stage.MODEL in replaced:
-            models = OracleModelSelection(config.filters, config.mma, context)
+            models = OracleModelSelection(config.mma, context)
         self._tracker = Tracker(
             config,
             detector(config, replaced, context),

@@ -13,9 +13,7 @@ from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import MODELS, Status
 from luxloop.tracker.tracker import Tracker, track_config
 from luxloop.tracker.tracking.association import HungarianAssociator, LikelihoodScore
-from luxloop.tracker.tracking.filter_bank import SelectedBank
-from luxloop.tracker.tracking.filters import initial_filters
-from luxloop.tracker.tracking.model_selection import BankSelection
+from luxloop.tracker.tracking.model_selection import SelectedModel
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement
 
 REACH_M = 4.0
@@ -56,20 +54,14 @@ class ScrambledAssociation(LikelihoodScore):
         return cost, np.where(wrong.any(axis=0), wrong, in_gate)
 
 
-class AcceleratingBank(SelectedBank):
-    """Always selects constant acceleration."""
+class AlwaysAccelerating(SelectedModel):
+    """Selects constant acceleration for all vehicles."""
 
-    def observe(self, residual, noise):
-        covariance = super().observe(residual, noise)
-        self.probability = np.eye(len(MODELS))[-1] * (1 - 3e-9) + 1e-9
-        return covariance
-
-
-class AlwaysAccelerating(BankSelection):
-    """Selects one model for all vehicles."""
-
-    def new_bank(self, position, covariance):
-        return AcceleratingBank(initial_filters(position, covariance, self._filters), self._mma)
+    def correct(self, tracks, rows, innovation, noise):
+        used = super().correct(tracks, rows, innovation, noise)
+        tracks.probability[rows] = np.eye(len(MODELS))[-1] * (1 - 3e-9) + 1e-9
+        self.summarise(tracks, rows)
+        return used
 
 
 class SlowConfirmation(DefaultTrackManagement):
@@ -77,9 +69,7 @@ class SlowConfirmation(DefaultTrackManagement):
 
     def settle(self, tracks):
         super().settle(tracks)
-        for track in tracks:
-            if track.status is Status.CONFIRMED and track.hits < HITS:
-                track.status = Status.TENTATIVE
+        tracks.status[(tracks.status == Status.CONFIRMED) & (tracks.hits < HITS)] = Status.TENTATIVE
 
 
 def plant(fault):
@@ -91,10 +81,10 @@ def plant(fault):
             ),
             lambda stages: lambda config: OracleTracker(config, stages, score=fault(config.association)),
         )
-    if issubclass(fault, BankSelection):
+    if issubclass(fault, SelectedModel):
         return (
-            lambda config: Tracker(config, model_selection=fault(config.filters, config.mma)),
-            lambda stages: lambda config: OracleTracker(config, stages, models=fault(config.filters, config.mma)),
+            lambda config: Tracker(config, model_selection=fault(config.mma)),
+            lambda stages: lambda config: OracleTracker(config, stages, models=fault(config.mma)),
         )
 
     if issubclass(fault, DefaultTrackManagement):

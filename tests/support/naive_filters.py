@@ -6,8 +6,7 @@ import scipy
 from luxloop.tracker.geometry import mahalanobis
 from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracking.filters import Filters
-from luxloop.tracker.tracking.kernels.multiple_models import NO_SPEED_MPS
-from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, STOPPING_TIME_S
+from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, NO_SPEED_MPS, STOPPING_TIME_S
 
 
 def predict(mean, covariance, transition, noise):

@@ -3,20 +3,23 @@
 import numpy as np
 from support.seen import observe_boxes
 
-from luxloop.tracker.tracking import orientation
+from luxloop.tracker.merging import MergeConfig
+from luxloop.tracker.records import Status
 from luxloop.tracker.tracking.confirmation import ConfirmationConfig
-from luxloop.tracker.tracking.corner_error import CornerConfig
+from luxloop.tracker.tracking.corner import CornerConfig
+from luxloop.tracker.tracking.correction import correct
 from luxloop.tracker.tracking.existence import ExistenceConfig
 from luxloop.tracker.tracking.filters import FilterConfig, motion
-from luxloop.tracker.tracking.hypotheses import HypothesisConfig, hypothesise
+from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
 from luxloop.tracker.tracking.mma import MmaConfig
-from luxloop.tracker.tracking.model_selection import BankSelection
+from luxloop.tracker.tracking.model_selection import model_selection
 from luxloop.tracker.tracking.orientation import OrientationConfig
 from luxloop.tracker.tracking.output import report
-from luxloop.tracker.tracking.track import Track
-from luxloop.tracker.tracking.track_arrays import predictions
+from luxloop.tracker.tracking.prediction import predict
 from luxloop.tracker.tracking.track_config import TrackConfig
-from luxloop.tracker.tracking.track_observation import first_observation, track_observation
+from luxloop.tracker.tracking.track_management import DefaultTrackManagement
+from luxloop.tracker.tracking.track_observation import assigned
+from luxloop.tracker.tracking.track_table import empty
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
@@ -34,21 +37,59 @@ CONFIG = TrackConfig(
 UNCUT = (False, False, False, False)
 
 
+class OneTrack:
+    """A table of one track, with the stages that change it."""
+
+    def __init__(self, seen, flow, mma=MMA):
+        self.selection, self._management = model_selection(mma), DefaultTrackManagement(MergeConfig(), CONFIG)
+        none, first = empty(CONFIG.filters.models), np.ones(1, dtype=np.bool_)
+        self.table = self._management.start(none, first, seen, np.zeros(1, dtype=np.int64), flow, self.selection)
+
+    def predict(self):
+        """Move on by one scan."""
+        predict(self.table, motion(DT, CONFIG.filters), self.selection, CONFIG)
+
+    def correct(self, seen):
+        """Update the track by the only box."""
+        hypotheses = hypothesise(Predictions.of(self.table), seen, HypothesisConfig())
+        correct(self.table, assigned(hypotheses, seen, [(0, 0)]), self.selection, CONFIG, DT)
+
+    def manage(self, flow):
+        """Turn the vehicle to its likeliest direction, and update its status."""
+        self._management.orient(self.table, flow)
+        self.settle()
+
+    def settle(self):
+        """Update the status."""
+        self._management.settle(self.table)
+
+    @property
+    def record(self):
+        return report(self.table, self.selection)
+
+    @property
+    def status(self):
+        return Status(self.table.status.item(0))
+
+    @property
+    def heading(self):
+        return self.table.yaw.item(0, 0)
+
+    @property
+    def position(self):
+        return self.table.estimate[0, :2]
+
+
 def flow_of(*poses, forward=0.0):
     """Return the flow of neighbours (x, y, heading), with ids from 1, beside an ego with heading `forward` [rad]."""
     table = np.array(poses, dtype=float).reshape(-1, 3)
-    return TrafficFlow(np.arange(1, len(table) + 1), table[:, :2], table[:, 2], forward)
+    return TrafficFlow(np.arange(1, len(table) + 1), table[:, :2].copy(), table[:, 2].copy(), forward)
 
 
 def start(pose, flow=None, size=CAR, mma=MMA, cut=UNCUT, time_offset=0.0):
     """A track of a vehicle; without a flow, the ego is parallel to it and there are no neighbours."""
     flow = flow_of(forward=pose[2]) if flow is None else flow
-    seen = observe_boxes(pose, size, cut=cut, time_offset=time_offset)
-    shape = orientation.shape_log_odds(seen.size[0], seen.whole[0])
-    turns = orientation.likeliest_turns(shape, seen.center[0], float(seen.heading[0]), flow, least=0.0)
-    first, corner = first_observation(seen, 0, turns, CAR)
-    bank = BankSelection(CONFIG.filters, mma).new_bank(corner, first.covariance)
-    return Track(0, corner, first, CONFIG, bank)
+    return OneTrack(observe_boxes(pose, size, cut=cut, time_offset=time_offset), flow, mma)
 
 
 def follow(track, poses, rng=None, size=CAR, flow=None, cut=UNCUT):
@@ -56,13 +97,16 @@ def follow(track, poses, rng=None, size=CAR, flow=None, cut=UNCUT):
     centers = []
     for pose in poses:
         noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
-        seen = observe_boxes(np.asarray(pose) + noise, size, cut=cut)
-        track.predict(motion(DT, FilterConfig()))
-        track.update(track_observation(hypothesise(predictions([track]), seen, HypothesisConfig()), seen, 0, 0))
-        track.orient(flow_of() if flow is None else flow)
-        track.settle()
-        centers.append(report([track]).center_odom[0])
+        track.predict()
+        track.correct(observe_boxes(np.asarray(pose) + noise, size, cut=cut))
+        track.manage(flow_of() if flow is None else flow)
+        centers.append(track.record.center_odom[0])
     return np.array(centers)
+
+
+def joined(tracks):
+    """Return the table of several tracks."""
+    return tracks[0].table.joined([track.table for track in tracks[1:]])
 
 
 def straight(start_pose, speed, frames):

@@ -5,7 +5,7 @@ import pytest
 
 from luxloop.tracker.merging import MergeConfig, Pieces, hull, may_be_one, merge_segments, one_vehicle
 from luxloop.tracker.records import Segments
-from luxloop.tracker.tracking.confirmation import Footprint
+from luxloop.tracker.tracking.confirmation import clear_of
 
 CONFIG = MergeConfig()
 
@@ -88,10 +88,10 @@ def test_a_vehicle_outside_the_scan_merges_no_segments():
 
 
 def test_a_wall_that_comes_into_view_overlaps_its_first_footprint():
-    first = Footprint(np.array([0.0, 5.0]), 0.0, np.array([4.0, 0.1]))
-    assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([20.0, 0.1])).clear_of(first) == (False, False)
-    assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([4.5, 0.1])).clear_of(first) == (True, False)
-    assert Footprint(np.array([2.0, 6.0]), np.pi / 2, np.array([4.5, 1.8])).clear_of(first) == (False, False)
+    first = (0.0, 5.0, 0.0, 4.0, 0.1)
+    assert clear_of((8.0, 5.0, 0.0, 20.0, 0.1), first) == (False, False)
+    assert clear_of((8.0, 5.0, 0.0, 4.5, 0.1), first) == (True, False)
+    assert clear_of((2.0, 6.0, np.pi / 2, 4.5, 1.8), first) == (False, False)
 
 
 def test_segments_joined_by_a_shared_one_are_one_vehicle():

@@ -140,7 +140,7 @@ class NoManagement:
     """A track management that starts no tracks."""
 
     def manage(self, tracks, *_):
-        return list(tracks)
+        return tracks
 
 
 def test_stages_are_replaced_by_objects():

@@ -1,21 +1,20 @@
 """Data association: cost and gate (5) of each pair of track and box, and their assignment (4)."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 import scipy
 
-from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.records import Status
 from luxloop.tracker.tracking.births import nearby, second_views
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_table import COASTING, TENTATIVE, TrackTable
 
 GATE_PROBABILITY_MIN = 0.1
 """A model below this probability opens no gate: the widest gate of the bank would admit every box."""
@@ -218,7 +217,7 @@ class Associator(Protocol):
     """Data association of T tracks and B boxes."""
 
     def associate(
-        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
     ) -> list[tuple[int, int]]:
         """Assign boxes to tracks.
 
@@ -244,7 +243,7 @@ class PairScore(Protocol):
     """Cost and gate of the pairs of T tracks and B boxes."""
 
     def __call__(
-        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
     ) -> tuple[Floats, Bools]:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
 
@@ -256,18 +255,16 @@ class LikelihoodScore:
         self._config = config
 
     def __call__(
-        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
     ) -> tuple[Floats, Bools]:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
-        coasting = np.array([track.status is Status.COASTING for track in tracks], dtype=np.bool_)
+        coasting = tracks.status == COASTING
         cost, admissible = score(predictions, hypotheses, seen, self._config, coasting)
         if coasting.any():
             admissible[coasting] &= ~_of_another(tracks, coasting, cost, admissible)
-        new = np.array([track.hits == 1 for track in tracks], dtype=np.bool_)
+        new = tracks.hits == 1
         if new.any():
-            age = np.array([track.unseen_s for track in tracks])
-            sizes = np.array([track.seen_size for track in tracks])
-            second = second_views(predictions, hypotheses, seen, age, sizes)
+            second = second_views(predictions, hypotheses, seen, tracks.unseen_s, tracks.seen_size)
             admissible = np.where(new[:, None], second | admissible & nearby(hypotheses), admissible)
         return cost, admissible
 
@@ -280,11 +277,11 @@ class HungarianAssociator:
         self._score = score or LikelihoodScore(config)
 
     def associate(
-        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
     ) -> list[tuple[int, int]]:
         """Return pairs of track and box, see `Associator.associate`."""
         cost, admissible = self._score(tracks, predictions, hypotheses, seen)
-        rounds = np.array([round_of(track) for track in tracks])
+        rounds = rounds_of(tracks)
         free = np.ones(len(seen), dtype=np.bool_)
         pairs: list[tuple[int, int]] = []
         for turn in sorted(set(rounds.tolist()) - {NO_ROUND}):
@@ -294,21 +291,22 @@ class HungarianAssociator:
         return pairs
 
 
-def round_of(track: Track) -> int:
-    """Return the round in which a track chooses a box, `NO_ROUND` if it must not get one."""
-    if track.status is Status.DEAD:
-        return NO_ROUND
-    return len(ROUNDS) if track.hits == 1 else ROUNDS.index(track.status)
+def rounds_of(tracks: TrackTable) -> Ints:
+    """(T,) round in which each track chooses a box, `NO_ROUND` if it must not get one."""
+    rounds = np.full(len(tracks), NO_ROUND)
+    for number, status in enumerate(ROUNDS):
+        rounds[tracks.status == status.value] = number
+    rounds[tracks.alive & (tracks.hits == 1)] = len(ROUNDS)
+    return rounds
 
 
-def _of_another(tracks: Sequence[Track], coasting: Bools, cost: Floats, admissible: Bools) -> Bools:
+def _of_another(tracks: TrackTable, coasting: Bools, cost: Floats, admissible: Bools) -> Bools:
     """(C, B) mask of boxes of another object than each of the C `coasting` (T,) tracks.
 
     A tentative track that started before the coasting one was seen last follows another object: both were visible
     together. A box that fits it better is not the lost vehicle.
     """
-    tentative = np.array([track.status is Status.TENTATIVE for track in tracks], dtype=np.bool_)
-    age, unseen = np.array([track.age_s for track in tracks]), np.array([track.unseen_s for track in tracks])
-    rival = age[tentative] > unseen[coasting, None]
+    tentative = tracks.status == TENTATIVE
+    rival = tracks.age_s[tentative] > tracks.unseen_s[coasting, None]
     own = np.where(admissible[tentative], cost[tentative], np.inf)
     return np.asarray(np.any(rival[:, :, None] & (own < cost[coasting, None]), axis=1))

@@ -8,7 +8,21 @@ successive scans see the same free places.
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from luxloop.tracker.arrays import Floats
 from luxloop.tracker.bounds import require_within
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.scan import Scan
+from luxloop.tracker.seen_through import seen_through, turned_returns
+from luxloop.tracker.tracking.corner import corner_covariance
+from luxloop.tracker.tracking.track_table import COASTING, DEAD, TrackTable
+
+QUANTILES = (-1.2816, -0.5244, 0.0, 0.5244, 1.2816)
+"""Standard normal quantiles of 10, 30, 50, 70 and 90 %: middles of five equally likely parts."""
+
+ALONG = (-0.35, 0.0, 0.35)
+"""Places along a vehicle that beams cannot pass, in lengths from its centre."""
 
 CLUTTER_PER_M2 = 0.0005
 """Density of boxes of other objects where a hidden vehicle may reappear [1/m^2]: of the boxes without a confirmed
@@ -57,3 +71,42 @@ def same_vehicle(unseen_s: float, density_per_m2: float, config: ExistenceConfig
     """
     vehicle = math.exp(-unseen_s / config.course_s) * density_per_m2
     return vehicle / (vehicle + CLUTTER_PER_M2)
+
+
+def terminate_lost(tracks: TrackTable, scan: Scan, config: ExistenceConfig) -> None:
+    """Terminate the coasting tracks that probably do not exist any more, after the updates by a scan."""
+    rows = np.flatnonzero((tracks.status == COASTING) & ~tracks.seen)
+    if not len(rows):
+        return
+    covariance = np.array([corner_covariance(tracks, t) for t in rows.tolist()])
+    center, heading, size = tracks.subset(rows).boxes(tracks.size[rows])
+    places = predicted_places(center, heading, size[:, 0].copy(), covariance) - scan.ego_pose_odom[:2]
+    returns = turned_returns(scan.points_ego, scan.ego_pose_odom[2])
+    free = seen_through(places.reshape(-1, 2), returns, config.unit_offset_m, FREE_MARGIN_M)
+    share = 1.0 - free.reshape(places.shape[:-1]).any(axis=2).mean(axis=1)
+    vague = covariance[:, 0, 0] + covariance[:, 1, 1] > 2.0 * config.std_max_m**2
+    for t, hidden, lost in zip(rows.tolist(), share.tolist(), vague.tolist(), strict=True):
+        if lost or existence(tracks.unseen_s.item(t), hidden, config) < config.existence_min:
+            tracks.status[t] = DEAD
+
+
+@kernel()
+def predicted_places(center: Floats, heading: Floats, length: Floats, covariance: Floats) -> Floats:
+    """(T, K, A, 2) places along each of T vehicles at K equally likely positions [m].
+
+    Vehicles have centres (T, 2), headings (T,), lengths (T,) and covariances (T, 2, 2) of their position.
+    """
+    places = np.empty((len(heading), len(QUANTILES) ** 2, len(ALONG), 2))
+    for t in range(len(heading)):
+        cos, sin = math.cos(heading[t]), math.sin(heading[t])
+        xx, xy, yy = covariance[t, 0, 0], covariance[t, 0, 1], covariance[t, 1, 1]
+        axis = 0.5 * math.atan2(2.0 * xy, xx - yy)  # of the largest variance
+        mean, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+        major, minor = math.sqrt(mean + half), math.sqrt(max(mean - half, 0.0))
+        x, y = math.cos(axis), math.sin(axis)
+        for k in range(places.shape[1]):
+            first, second = QUANTILES[k % len(QUANTILES)] * major, QUANTILES[k // len(QUANTILES)] * minor
+            for a in range(len(ALONG)):
+                places[t, k, a, 0] = center[t, 0] + x * first - y * second + cos * ALONG[a] * length[t]
+                places[t, k, a, 1] = center[t, 1] + y * first + x * second + sin * ALONG[a] * length[t]
+    return places

@@ -1,17 +1,22 @@
-"""Heading of one tracked vehicle: filters of heading and yaw rate, and the choice of the front."""
+"""Heading of the tracked vehicles: filters of heading and yaw rate, and the choice of the front."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.geometry import QUARTER, wrap
 from luxloop.tracker.tracking import orientation
-from luxloop.tracker.tracking.confirmation import correlated_sum
-from luxloop.tracker.tracking.filters import INITIAL_YAW_RATE_STD_RADPS, Motion, heading_filter
+from luxloop.tracker.tracking.filters import (
+    INITIAL_YAW_RATE_STD_RADPS,
+    FilterConfig,
+    Motion,
+    correct_rows,
+    predict_rows,
+)
 from luxloop.tracker.tracking.orientation import Course
-from luxloop.tracker.tracking.track_config import TrackConfig
-from luxloop.tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.tracking.track_table import TrackTable
 
 YAW_RATE_TIME_S = 1.0
 """Correlation time of the yaw rate [s]: half of a turn at a crossing."""
@@ -53,182 +58,177 @@ STILL_MPS = 1e-3
 
 
 class PaperHeading:
-    """Heading filter (9): rejects outliers by a gate, and restarts after too many in a row.
+    """Heading filter (9): rejects outliers by a gate, and restarts after too many in a row."""
 
-    Parameters
-    ----------
-    heading, variance
-        First measurement [rad], [rad^2].
-    """
-
-    def __init__(self, heading: float, variance: float) -> None:
-        self._filter = heading_filter(heading, variance)
-        self._rejections = 0
-
-    @property
-    def heading(self) -> float:
-        """Heading [rad]."""
-        return float(self._filter.mean[0, 0])
-
-    @property
-    def heading_variance(self) -> float:
-        """[rad^2]."""
-        return self._filter.covariance.item(0, 0, 0)
-
-    @property
-    def state(self) -> tuple[Floats, Floats]:
-        """Heading and yaw rate (2,), and their covariance (2, 2)."""
-        return self._filter.mean[0], self._filter.covariance[0]
-
-    @property
-    def yaw_rate(self) -> tuple[float, float]:
+    def yaw_rate(self, tracks: TrackTable, t: int) -> tuple[float, float]:
         """Yaw rate that moves the corner [rad/s] and its variance: zero, as the paper's models do not couple it."""
+        del tracks, t
         return 0.0, 0.0
 
-    def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
-        """Move on by one time step; the yaw rate of a vehicle that is not `turning` is set to zero."""
+    def predict(self, tracks: TrackTable, motion: Motion, speed_mps: Floats, turning: Bools) -> None:
+        """Move on by one time step; the yaw rate of a vehicle that is not `turning` (T,) is set to zero."""
         del speed_mps
-        if not turning:
-            self._filter.mean[0, 1] = 0.0
-        self._filter.predict(motion.heading)
+        tracks.yaw[~turning, 1] = 0.0
+        step = motion.heading
+        tracks.yaw, tracks.yaw_covariance = predict_rows(tracks.yaw, tracks.yaw_covariance, step.transition, step.noise)
 
-    def observe(self, heading: float, variance: float) -> None:
+    def observe(self, tracks: TrackTable, t: int, heading: float, variance: float) -> None:
         """Update by a measured heading [rad] with a variance [rad^2], unless the gate rejects it."""
-        residual = heading - float(self._filter.mean[0, 0])
-        innovation_std = np.sqrt(self._filter.covariance[0, 0, 0] + variance)
-        if abs(residual) > HEADING_GATE_SIGMA * innovation_std:
-            self._rejections += 1
-            if self._rejections <= HEADING_REJECTIONS_MAX:
+        innovation = heading - tracks.yaw.item(t, 0)
+        if abs(innovation) > HEADING_GATE_SIGMA * math.sqrt(tracks.yaw_covariance.item(t, 0, 0) + variance):
+            tracks.rejected_headings[t] += 1
+            if tracks.rejected_headings[t] <= HEADING_REJECTIONS_MAX:
                 return
-            self._filter.mean[0] = heading, 0.0
-            residual = 0.0
-        self._rejections = 0
-        self._filter.correct(np.array([[residual]]), np.array([[variance]]))
-        self._filter.mean[0, 0] = wrap(float(self._filter.mean[0, 0]))
+            tracks.yaw[t] = heading, 0.0
+            innovation = 0.0
+        tracks.rejected_headings[t] = 0
+        measured = np.array([[innovation]]), np.array([[[variance]]])
+        yaw, covariance = correct_rows(tracks.yaw[t : t + 1], tracks.yaw_covariance[t : t + 1], *measured)
+        tracks.yaw[t], tracks.yaw_covariance[t] = yaw[0], covariance[0]
+        tracks.yaw[t, 0] = wrap(tracks.yaw.item(t, 0))
 
-    def support(self, course: float, variance: float) -> None:
+    def support(self, tracks: TrackTable, t: int, course: Course, dt: float) -> None:
         """Ignore the direction of motion, which the paper uses for the choice of the front only."""
 
-    def turn(self, angle: float) -> None:
-        """Turn the heading by an angle [rad]."""
-        self._filter.mean[0, 0] = wrap(float(self._filter.mean[0, 0]) + angle)
+
+class Turn(NamedTuple):
+    """Heading and yaw rate of one vehicle, and their covariance."""
+
+    heading: float
+    yaw_rate: float
+    variance: tuple[float, float, float]
+    """Of the heading, of both, and of the yaw rate."""
+
+    @classmethod
+    def start(cls, heading: float, variance: float, yaw_rate: float) -> "Turn":
+        """Return the state at the first measurement [rad] with a variance [rad^2]."""
+        return cls(heading, yaw_rate, (variance, 0.0, INITIAL_YAW_RATE_STD_RADPS**2))
 
 
-class TurnFilter:
-    """Kalman filter of heading and yaw rate whose noise follows from the speed, with outliers by their probability.
+def predicted(turn: Turn, dt: float, speed_mps: float) -> Turn:
+    """Return heading and yaw rate of a vehicle `dt` [s] later, at a speed [m/s].
 
     The yaw rate is a Gauss-Markov process (Singer 1970). Its standard deviation is that of the curvature of roads times
-    the speed, limited by the lateral acceleration: a stationary vehicle does not turn, a fast one hardly. A measurement
-    is an outlier with a prior probability, and then uniform over a quarter turn. The update is the mean over both cases
-    with the spread between them (probabilistic data association with one measurement, Bar-Shalom and Tse 1975), so that
-    the covariance grows with each measurement in doubt.
+    the speed, limited by the lateral acceleration: a stationary vehicle does not turn, a fast one hardly.
     """
+    p, c, r = turn.variance
+    tau, std = YAW_RATE_TIME_S, yaw_rate_std(speed_mps)
+    keeps = math.exp(-dt / tau)
+    gained = tau * (1.0 - keeps)
+    across = max(2.0 * dt / tau - 3.0 + 4.0 * keeps - keeps**2, 0.0) * (std * tau) ** 2
+    variance = (
+        p + 2.0 * gained * c + gained**2 * r + across + HEADING_DRIFT_DENSITY_RAD2PS * dt,
+        keeps * (c + gained * r) + std**2 * tau * (1.0 - keeps) ** 2,
+        keeps**2 * r + std**2 * (1.0 - keeps**2),
+    )
+    return Turn(turn.heading + gained * turn.yaw_rate, turn.yaw_rate * keeps, variance)
 
-    def __init__(self, heading: float, variance: float, yaw_rate: float) -> None:
-        self.heading, self.yaw_rate = heading, yaw_rate
-        self.variance = (variance, 0.0, INITIAL_YAW_RATE_STD_RADPS**2)
-        """Of the heading, of both, and of the yaw rate."""
 
-    def predict(self, dt: float, speed_mps: float) -> None:
-        """Move on by `dt` [s] at a speed [m/s]."""
-        p, c, r = self.variance
-        tau, std = YAW_RATE_TIME_S, yaw_rate_std(speed_mps)
-        keeps = math.exp(-dt / tau)
-        gained = tau * (1.0 - keeps)
-        across = max(2.0 * dt / tau - 3.0 + 4.0 * keeps - keeps**2, 0.0) * (std * tau) ** 2
-        self.heading += gained * self.yaw_rate
-        self.yaw_rate *= keeps
-        self.variance = (
-            p + 2.0 * gained * c + gained**2 * r + across + HEADING_DRIFT_DENSITY_RAD2PS * dt,
-            keeps * (c + gained * r) + std**2 * tau * (1.0 - keeps) ** 2,
-            keeps**2 * r + std**2 * (1.0 - keeps**2),
-        )
+def corrected(turn: Turn, heading: float, variance: float) -> tuple[Turn, float]:
+    """Return the state after a measured heading [rad] with a variance [rad^2], and the probability of an outlier.
 
-    def observe(self, heading: float, variance: float) -> float:
-        """Update by a measured heading [rad] with a variance [rad^2]; return the probability that it is an outlier."""
-        (p, c, r), residual, share = self.variance, heading - self.heading, HEADING_OUTLIER_SHARE
-        innovation = p + variance
-        density = math.exp(-0.5 * residual**2 / innovation) / math.sqrt(2.0 * math.pi * innovation)
-        outlier = share / QUARTER / (share / QUARTER + (1.0 - share) * density)
-        good, gain, gain_rate = 1.0 - outlier, p / innovation, c / innovation
-        self.heading = wrap(self.heading + good * gain * residual)
-        self.yaw_rate += good * gain_rate * residual
-        spread = good * (outlier * residual**2 - innovation)
-        self.variance = (p + spread * gain**2, c + spread * gain * gain_rate, r + spread * gain_rate**2)
-        return outlier
+    A measurement is an outlier with a prior probability, and then uniform over a quarter turn. The update is the mean
+    over both cases with the spread between them (probabilistic data association with one measurement, Bar-Shalom and
+    Tse 1975), so that the covariance grows with each measurement in doubt.
+    """
+    (p, c, r), residual, share = turn.variance, heading - turn.heading, HEADING_OUTLIER_SHARE
+    innovation = p + variance
+    density = math.exp(-0.5 * residual**2 / innovation) / math.sqrt(2.0 * math.pi * innovation)
+    outlier = share / QUARTER / (share / QUARTER + (1.0 - share) * density)
+    good, gain, gain_rate = 1.0 - outlier, p / innovation, c / innovation
+    spread = good * (outlier * residual**2 - innovation)
+    after = Turn(
+        wrap(turn.heading + good * gain * residual),
+        turn.yaw_rate + good * gain_rate * residual,
+        (p + spread * gain**2, c + spread * gain * gain_rate, r + spread * gain_rate**2),
+    )
+    return after, outlier
 
 
 class AdaptiveHeading:
-    """Turn filter, and a second one that takes over if it explains the measurements that the first cannot.
+    """Heading filter whose noise follows from the speed, with outliers weighed by their probability.
 
-    The second filter starts at a measurement that is likely an outlier, and is discarded when the first one explains a
-    measurement again. After `HEADING_RESTART_S` it replaces the first, with its yaw rate and its covariance.
+    A second filter takes over if it explains the measurements that the first cannot. It starts at a measurement that is
+    likely an outlier, and is discarded when the first one explains a measurement again. After `HEADING_RESTART_S` it
+    replaces the first, with its yaw rate and its covariance.
     """
 
-    def __init__(self, heading: float, variance: float) -> None:
-        self._filter = TurnFilter(heading, variance, 0.0)
-        self._second: TurnFilter | None = None
-        self._second_s = 0.0
-        self._dt = 0.0
-
-    @property
-    def heading(self) -> float:
-        """Heading [rad]."""
-        return self._filter.heading
-
-    @property
-    def heading_variance(self) -> float:
-        """[rad^2]."""
-        return self._filter.variance[0]
-
-    @property
-    def state(self) -> tuple[Floats, Floats]:
-        """Heading and yaw rate (2,), and their covariance (2, 2)."""
-        own = self._filter
-        p, c, r = own.variance
-        return np.array([own.heading, own.yaw_rate]), np.array([[p, c], [c, r]])
-
-    @property
-    def yaw_rate(self) -> tuple[float, float]:
+    def yaw_rate(self, tracks: TrackTable, t: int) -> tuple[float, float]:
         """Yaw rate [rad/s] and its variance [rad^2/s^2]."""
-        return self._filter.yaw_rate, self._filter.variance[2]
+        return tracks.yaw.item(t, 1), tracks.yaw_covariance.item(t, 1, 1)
 
-    def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
-        """Move on by one time step at a speed [m/s]; a vehicle turns in every model of motion."""
+    def predict(self, tracks: TrackTable, motion: Motion, speed_mps: Floats, turning: Bools) -> None:
+        """Move on by one time step at speeds (T,) [m/s]; a vehicle turns in every model of motion."""
         del turning
-        self._dt = motion.dt
-        self._filter.predict(motion.dt, speed_mps)
-        if self._second is not None:
-            self._second.predict(motion.dt, speed_mps)
-            self._second_s += motion.dt
+        second = np.isfinite(tracks.second_yaw[:, 0]).tolist()
+        for t, speed in enumerate(speed_mps.tolist()):
+            write(tracks.yaw, tracks.yaw_covariance, t, predicted(read(tracks, t), motion.dt, speed))
+            if second[t]:
+                write(
+                    tracks.second_yaw, tracks.second_covariance, t, predicted(read_second(tracks, t), motion.dt, speed)
+                )
+        tracks.second_s += motion.dt
 
-    def observe(self, heading: float, variance: float) -> None:
+    def observe(self, tracks: TrackTable, t: int, heading: float, variance: float) -> None:
         """Update by a measured heading [rad], modulo a quarter turn, with a variance [rad^2]."""
-        heading = near(heading, self._filter.heading)
-        yaw_rate = self._filter.yaw_rate
-        if self._filter.observe(heading, variance) <= 0.5:
-            self._second = None
-        elif self._second is None or self._second.observe(near(heading, self._second.heading), variance) > 0.5:
-            self._second, self._second_s = TurnFilter(heading, variance, yaw_rate), 0.0
-        elif self._second_s >= HEADING_RESTART_S:
-            self._filter, self._second = self._second, None
+        first = read(tracks, t)
+        heading = near(heading, first.heading)
+        after, outlier = corrected(first, heading, variance)
+        write(tracks.yaw, tracks.yaw_covariance, t, after)
+        if outlier <= 0.5:
+            tracks.second_yaw[t] = np.nan
+            return
+        second, second_outlier = Turn.start(heading, variance, first.yaw_rate), 1.0
+        if math.isfinite(tracks.second_yaw.item(t, 0)):
+            old = read_second(tracks, t)
+            explained, second_outlier = corrected(old, near(heading, old.heading), variance)
+        if second_outlier > 0.5:
+            write(tracks.second_yaw, tracks.second_covariance, t, second)
+            tracks.second_s[t] = 0.0
+        elif tracks.second_s[t] >= HEADING_RESTART_S:
+            write(tracks.yaw, tracks.yaw_covariance, t, explained)
+            tracks.second_yaw[t] = np.nan
+        else:
+            write(tracks.second_yaw, tracks.second_covariance, t, explained)
 
-    def support(self, course: float, variance: float) -> None:
-        """Update by the direction of motion [rad] with a variance [rad^2].
+    def support(self, tracks: TrackTable, t: int, course: Course, dt: float) -> None:
+        """Update by the direction of motion, after a step of `dt` [s].
 
         It is a mean over the memory of the velocity filter, so that its error lasts for `COURSE_TIME_S`, and it lags in
         a turn. The variance is that of an independent direction in each scan with the same information.
         """
-        heading = self._filter.heading
-        lag = COURSE_TIME_S * self._filter.yaw_rate
-        repeated = COURSE_TIME_S / self._dt if self._dt else 1.0
-        total = variance + lag**2 + SLIP_STD_RAD**2
-        self._filter.observe(near(course, heading), total * max(repeated, 1.0))
+        turn = read(tracks, t)
+        lag = COURSE_TIME_S * turn.yaw_rate
+        repeated = COURSE_TIME_S / dt if dt else 1.0
+        total = course.variance + lag**2 + SLIP_STD_RAD**2
+        after, _ = corrected(turn, near(course.direction, turn.heading), total * max(repeated, 1.0))
+        write(tracks.yaw, tracks.yaw_covariance, t, after)
 
-    def turn(self, angle: float) -> None:
-        """Turn the heading by an angle [rad]."""
-        self._filter.heading = wrap(self._filter.heading + angle)
-        self._second = None
+
+HeadingFilter = PaperHeading | AdaptiveHeading
+
+
+def heading_filter(config: FilterConfig) -> HeadingFilter:
+    """Return the filter of `FilterConfig.heading`."""
+    return PaperHeading() if config.heading == "paper" else AdaptiveHeading()
+
+
+def read(tracks: TrackTable, t: int) -> Turn:
+    """Return heading and yaw rate of a track."""
+    (heading, yaw_rate), ((p, c), (_, r)) = tracks.yaw[t].tolist(), tracks.yaw_covariance[t].tolist()
+    return Turn(heading, yaw_rate, (p, c, r))
+
+
+def read_second(tracks: TrackTable, t: int) -> Turn:
+    """Return the state of the filter that may take over."""
+    (heading, yaw_rate), ((p, c), (_, r)) = tracks.second_yaw[t].tolist(), tracks.second_covariance[t].tolist()
+    return Turn(heading, yaw_rate, (p, c, r))
+
+
+def write(yaw: Floats, covariance: Floats, t: int, turn: Turn) -> None:
+    """Write heading and yaw rate into row `t` of yaw (T, 2) and covariance (T, 2, 2)."""
+    p, c, r = turn.variance
+    yaw[t], covariance[t] = (turn.heading, turn.yaw_rate), ((p, c), (c, r))
 
 
 def near(heading: float, other: float) -> float:
@@ -242,109 +242,41 @@ def yaw_rate_std(speed_mps: float) -> float:
     return min(CURVATURE_STD_PER_M * speed_mps, by_grip)
 
 
-class HeadingEstimator:
-    """Estimate of heading and yaw rate that rejects outliers and resolves the quarter-turn ambiguity of rectangles.
+def observe_sides(tracks: TrackTable, t: int, size: Floats, untruncated: Bools) -> None:
+    """Count a view of extents (2,) along and across the heading [m], with a mask (2,) of untruncated sides."""
+    tracks.axis_evidence[t] += orientation.shape_log_odds(size, untruncated)
+    tracks.axis_views[t] += 1
 
-    Parameters
-    ----------
-    first
-        First observation of the track.
-    position
-        (2,) tracked corner [m].
+
+def length_log_odds(tracks: TrackTable, t: int) -> float:
+    """Return the log-odds by shape that the length of a vehicle is along its heading."""
+    return orientation.correlated_sum(tracks.axis_evidence.item(t), tracks.axis_views.item(t), VIEW_CORRELATION)
+
+
+def turns_to_front(tracks: TrackTable, t: int, course: Course | None, filtered: HeadingFilter, dt: float) -> int:
+    """Return the quarter turns from a heading to the direction of motion; 0 until the contradiction lasts long enough.
+
+    The `course` is None for a vehicle that may be stationary.
     """
-
-    def __init__(self, first: TrackObservation, position: Floats, config: TrackConfig) -> None:
-        self._filter = new_filter(first, config)
-        self.oriented = False
-        """True once the direction of motion has confirmed the heading."""
-        self._shape_sum, self._views = 0.0, 0
-        """Sum of the views' log-odds that the length is along the heading, and their number."""
-        self._contradicted_from = position
-        """(2,) tracked corner when the motion last agreed with the heading [m]."""
-
-    @property
-    def heading(self) -> float:
-        """Heading [rad]."""
-        return self._filter.heading
-
-    @property
-    def variance(self) -> float:
-        """Variance of the heading [rad^2]."""
-        return self._filter.heading_variance
-
-    @property
-    def state(self) -> tuple[Floats, Floats]:
-        """Heading and yaw rate (2,), and their covariance (2, 2)."""
-        return self._filter.state
-
-    @property
-    def yaw_rate(self) -> tuple[float, float]:
-        """Yaw rate that moves the corner [rad/s] and its variance [rad^2/s^2]; both zero for the paper's filter."""
-        return self._filter.yaw_rate
-
-    def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
-        """Move on by one time step, at a speed [m/s]; the paper's filter turns only if the vehicle is `turning`."""
-        self._filter.predict(motion, speed_mps, turning)
-
-    def observe(self, heading: float, variance: float) -> None:
-        """Update by a measured heading [rad] with a variance [rad^2]."""
-        self._filter.observe(heading, variance)
-
-    @property
-    def length_log_odds(self) -> float:
-        """Log-odds by shape that the length of the vehicle is along the heading."""
-        return correlated_sum(self._shape_sum, self._views, VIEW_CORRELATION)
-
-    def observe_sides(self, size: Floats, whole: Bools) -> None:
-        """Count a view of extents (2,) along and across the heading [m], `whole` (2,) if truncated at neither end."""
-        self._shape_sum += orientation.shape_log_odds(size, whole)
-        self._views += 1
-
-    def turns_to_front(self, course: Course | None, position: Floats, seen_size: Floats) -> int:
-        """Quarter turns from the heading to the direction of motion; 0 until the contradiction lasts long enough.
-
-        Parameters
-        ----------
-        course
-            Direction of motion, None for a vehicle that may be stationary.
-        position
-            (2,) tracked corner [m].
-        seen_size
-            (2,) seen length and width [m].
-        """
-        if course is None:
-            self._contradicted_from = position
-            return 0
-        return self._turns_by_course(course, position, seen_size)
-
-    def turn(self, quarters: int, position: Floats) -> None:
-        """Turn the heading by `quarters`, at the tracked corner (2,) [m]."""
-        self._filter.turn(quarters * QUARTER)
-        self._contradicted_from = position
-        if quarters % 2:
-            self._shape_sum = -self._shape_sum
-
-    def shift(self, offset: Floats) -> None:
-        """Account for a tracked point that moves by (2,) [m] to another place on the vehicle."""
-        self._contradicted_from = self._contradicted_from + offset
-
-    def _turns_by_course(self, course: Course, position: Floats, seen_size: Floats) -> int:
-        """Quarter turns by the direction of motion."""
-        quarters = orientation.by_course(self.heading, course.direction)
-        if quarters == 0:
-            self._contradicted_from, self.oriented = position, True
-            self._filter.support(course.direction, course.variance)
-            return 0
-        travelled = abs(complex(*(position - self._contradicted_from).tolist()))
-        if travelled > orientation.way_needed(quarters, seen_size):
-            self.oriented = True
-            return quarters
+    position = tracks.estimate[t, :2]
+    quarters = 0 if course is None else orientation.by_course(tracks.yaw.item(t, 0), course.direction)
+    if course is None or quarters == 0:
+        tracks.contradicted_from[t] = position
+        if course is not None:
+            tracks.oriented[t] = True
+            filtered.support(tracks, t, course, dt)
         return 0
+    travelled = abs(complex(*(position - tracks.contradicted_from[t]).tolist()))
+    if travelled > orientation.way_needed(quarters, tracks.seen_size[t]):
+        tracks.oriented[t] = True
+        return quarters
+    return 0
 
 
-def new_filter(first: TrackObservation, config: TrackConfig) -> PaperHeading | AdaptiveHeading:
-    """Return the filter of `FilterConfig.heading`, at the first observation."""
-    measured = first.heading, first.heading_variance
-    if config.filters.heading == "paper":
-        return PaperHeading(*measured)
-    return AdaptiveHeading(*measured)
+def turn_heading(tracks: TrackTable, t: int, quarters: int) -> None:
+    """Turn a heading by quarters."""
+    tracks.yaw[t, 0] = wrap(tracks.yaw.item(t, 0) + quarters * QUARTER)
+    tracks.second_yaw[t] = np.nan
+    tracks.contradicted_from[t] = tracks.estimate[t, :2]
+    if quarters % 2:
+        tracks.axis_evidence[t] *= -1.0

@@ -11,6 +11,7 @@ from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.tracking.observations import Observations, uncut
+from luxloop.tracker.tracking.track_table import TrackTable
 from luxloop.tracker.vehicle_classes import FACE_MIN_M
 
 COMPLETE_FRACTION = 0.85
@@ -56,6 +57,22 @@ class Predictions:
     """(T, 2) mask of length and width that were seen from end to end."""
     corner_sign: Ints
     """(T, 2) signs of the tracked corner."""
+
+    @classmethod
+    def of(cls, tracks: TrackTable) -> "Predictions":
+        """Return those of the tracks of a table, after its prediction."""
+        return cls(
+            position=tracks.mean[:, :, :2].copy(),
+            velocity=tracks.mean[:, :, 2:4].copy(),
+            covariance=tracks.covariance[:, :, :2, :2] + tracks.corner_error[:, None],
+            probability=tracks.probability,
+            heading=tracks.heading.copy(),
+            heading_variance=tracks.yaw_covariance[:, 0, 0].copy(),
+            size=tracks.size,
+            known_size=tracks.known_size,
+            whole=tracks.whole_views > 0,
+            corner_sign=tracks.corner_sign,
+        )
 
     @property
     def to_corner(self) -> Floats:

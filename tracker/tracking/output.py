@@ -1,85 +1,61 @@
 """Conversion of tracks to the `Tracks` record."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.records import MODEL_NAMES, MODELS, PREDICTION_S, Tracks
-from luxloop.tracker.tracking.filters import STATE_DIM, stacked
-from luxloop.tracker.tracking.track import Track
-from luxloop.tracker.tracking.track_arrays import offset_covariances
+from luxloop.tracker.records import MODEL_NAMES, PREDICTION_S, Tracks
+from luxloop.tracker.tracking.filters import STATE_DIM
+from luxloop.tracker.tracking.model_selection import ModelSelection
+from luxloop.tracker.tracking.prediction import turns
+from luxloop.tracker.tracking.track_table import TrackTable
 from luxloop.tracker.tracking.turning import LEAST_SPEED_MPS, Complexes, turned_integrals, turning_among
 
 REPORTED_DIM = 8
 """State of the filters, then heading and yaw rate."""
 
 
-def states(tracks: Sequence[Track], offset: Floats) -> tuple[Floats, Floats]:
-    """Return states (T, 8) and covariances (T, 8, 8) in the order of (6); states that a selected model omits are zero.
-
-    `offset` (T, 2, 2) is the covariance of the time-correlated error of each tracked corner [m^2].
-    """
-    count, turned = len(tracks), slice(STATE_DIM, None)
+def report(tracks: TrackTable, selection: ModelSelection) -> Tracks:
+    """Return one row per track, oldest first: (6) of the selected model, whose omitted states are zero."""
+    count, error = len(tracks), tracks.corner_error
     mean, covariance = np.zeros((count, REPORTED_DIM)), np.zeros((count, REPORTED_DIM, REPORTED_DIM))
-    if tracks:
-        mean[:, :STATE_DIM], covariance[:, :STATE_DIM, :STATE_DIM] = _stacked([t.corner.bank.estimate for t in tracks])
-        mean[:, turned], covariance[:, turned, turned] = _stacked([track.yaw_state for track in tracks])
-    covariance[:, :2, :2] += offset
-    return mean, covariance
-
-
-def _stacked(states: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
-    """Return means (T, n) and covariances (T, n, n) of T states."""
-    means, covariances = zip(*states, strict=True)
-    return np.array(means), np.array(covariances)
-
-
-def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
-    """Return one row per track, oldest first; `models` are the names of their filters."""
-    count, m = len(tracks), len(models)
-    independent = [track.corner.independent for track in tracks]
-    position, of_corner = stacked([own.filters for own in independent])
-    offset = offset_covariances(tracks)
-    mean, covariance = states(tracks, offset)
+    mean[:, :STATE_DIM], covariance[:, :STATE_DIM, :STATE_DIM] = tracks.estimate, tracks.estimate_covariance
+    mean[:, STATE_DIM:], covariance[:, STATE_DIM:, STATE_DIM:] = tracks.yaw, tracks.yaw_covariance
+    covariance[:, :2, :2] += error
     return Tracks(
-        id=np.array([track.id for track in tracks], dtype=np.int64),
-        status=np.array([track.status for track in tracks], dtype=np.uint8),
+        id=tracks.id.copy(),
+        status=tracks.status.astype(np.uint8),
         mean=mean,
         covariance=covariance,
-        model_probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, m),
-        model=np.array([track.corner.model for track in tracks], dtype=np.int64),
-        model_position_odom=position.reshape(count, m, STATE_DIM)[:, :, :2].copy(),
-        corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
-        size=np.array([track.size for track in tracks]).reshape(count, 2),
-        model_covariance_odom=of_corner.reshape(count, m, STATE_DIM, STATE_DIM)[:, :, :2, :2] + offset[:, None],
-        model_nis=np.array([own.nis for own in independent]).reshape(count, m),
-        prediction_odom=predictions(tracks, models),
-        models=models,
+        model_probability=tracks.probability.copy(),
+        model=tracks.model,
+        model_position_odom=tracks.independent_mean[:, :, :2].copy(),
+        corner_sign=tracks.corner_sign.copy(),
+        size=tracks.size.copy(),
+        model_covariance_odom=tracks.independent_covariance[:, :, :2, :2] + error[:, None],
+        model_nis=tracks.nis.copy(),
+        prediction_odom=predictions(tracks, selection),
+        models=tracks.models,
     )
 
 
-def predictions(tracks: Sequence[Track], models: tuple[str, ...]) -> Floats:
+def predictions(tracks: TrackTable, selection: ModelSelection) -> Floats:
     """(T, M + 1, H, 2) predicted corners by the independent filters, then by the bank [m]."""
-    if not tracks:
-        return np.zeros((0, len(models) + 1, len(PREDICTION_S), 2))
-    banks = [track.corner.bank for track in tracks]
-    independent = np.array([track.corner.independent.filters.mean for track in tracks])
-    means, weights = np.array([bank.filters.mean for bank in banks]), np.array([bank.weights for bank in banks])
-    mode_time_s, inputs = np.array([bank.mode_time_s for bank in banks]), known_inputs(tracks, models)
-    indices = np.array([MODEL_NAMES.index(name) for name in models])
-    return np.asarray(predicted_corners(independent, means, weights, mode_time_s, *inputs, indices))
+    mode_time_s = np.full(len(tracks), selection.mode_time_s)
+    states = tracks.independent_mean, tracks.mean, selection.weights(tracks), mode_time_s
+    indices = np.array([MODEL_NAMES.index(name) for name in tracks.models])
+    return np.asarray(predicted_corners(*states, *known_inputs(tracks), indices))
 
 
-def known_inputs(tracks: Sequence[Track], models: tuple[str, ...]) -> tuple[Floats, Complexes]:
+def known_inputs(tracks: TrackTable) -> tuple[Floats, Complexes]:
     """Return yaw rates (T,) and directions of motion (T,), for turning models; zero without them."""
-    if not turning_among(models):
+    if not turning_among(tracks.models):
         return np.zeros(len(tracks)), np.zeros(len(tracks), dtype=np.complex128)
-    turns = [track.turn for track in tracks]
-    directions = np.array([turn.direction for turn in turns], dtype=np.complex128)
-    return np.array([turn.yaw_rate for turn in turns]), directions
+    inputs = turns(tracks)
+    directions = np.array([turn.direction for turn in inputs], dtype=np.complex128)
+    return np.array([turn.yaw_rate for turn in inputs]), directions
 
 
 CURVATURE_MAX_PER_M = 0.25

@@ -1,47 +1,22 @@
 """Tracking of small road users beside the vehicles: association, confirmation and report."""
 
-from collections.abc import Sequence
 from dataclasses import fields, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.geometry import inside, rotate
 from luxloop.tracker.records import PREDICTION_S, SmallBoxes, Status, Tracks
-from luxloop.tracker.tracking import small_tracks, track_arrays
+from luxloop.tracker.tracking import confirmation, small_tracks
 from luxloop.tracker.tracking.association import assign
 from luxloop.tracker.tracking.small_tracks import SmallTracks
-from luxloop.tracker.tracking.track import Track
+from luxloop.tracker.tracking.track_table import CONFIRMED, TENTATIVE, TrackTable
 
 FIRST_ID = 1_000_000
 """First id of small road users: those of vehicles count from 0."""
 FORBIDDEN = 1e9
 """Cost of a pair outside the gate."""
-
-
-class LargeVehicles(NamedTuple):
-    """Likely parts of L vehicles, odometry frame."""
-
-    center: Floats
-    """(L, 2) [m]."""
-    heading: Floats
-    """(L,) [rad]."""
-    size: Floats
-    """(L, 2) length and width [m]."""
-    velocity: Floats
-    """(L, 2) [m/s]."""
-    is_confirmed: Bools
-    """(L,) mask of confirmed tracks."""
-
-    def confirmed(self) -> "LargeVehicles":
-        """Return the vehicles with confirmed tracks."""
-        of = self.is_confirmed
-        return LargeVehicles(self.center[of], self.heading[of], self.size[of], self.velocity[of], self.is_confirmed[of])
-
-    def cover(self, points: Floats, margin_m: float) -> Bools:
-        """(P, L) mask of points (P, 2) in the boxes of the vehicles, with a margin [m]."""
-        return inside(points, self.center, self.heading, self.size + 2.0 * margin_m)
 
 
 class SmallObjects:
@@ -57,7 +32,7 @@ class SmallObjects:
         self._reported_id: dict[int, int] = {}
         """Id under which a track is reported, by its own."""
 
-    def step(self, boxes: SmallBoxes, vehicles: Sequence[Track], dt: float) -> None:
+    def step(self, boxes: SmallBoxes, vehicles: TrackTable, dt: float) -> None:
         """Update all tracks by the small boxes of a scan, `dt` [s] after the last one.
 
         Parameters
@@ -67,12 +42,12 @@ class SmallObjects:
         """
         if not len(self._tracks) and not len(boxes):
             return
-        large = self._large(vehicles)
+        large = vehicles.subset(is_large(vehicles))
         living = self._tracks.status != Status.DEAD.value  # numpy compares members of an enumeration ten times slower
         tracks = self._tracks if living.all() else self._tracks.subset(living)
         if len(tracks):
             small_tracks.predict(tracks, dt)
-        boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, small_tracks.VEHICLE_MARGIN_M).any(axis=1)))
+        boxes = boxes.subset(np.flatnonzero(~cover(large, boxes.center, small_tracks.VEHICLE_MARGIN_M).any(axis=1)))
         row, box = self._pairs(tracks, boxes)
         if len(row):
             small_tracks.update(tracks, boxes, row, box)
@@ -84,9 +59,9 @@ class SmallObjects:
         self._tracks = tracks
         if len(tracks):
             small_tracks.settle(tracks)
-            tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
+            tracks.status[self._of_vehicles(large.subset(large.status == CONFIRMED))] = int(Status.DEAD)
 
-    def report(self, vehicles: Sequence[Track], tracks: Tracks, ego_odom: Floats) -> Tracks:
+    def report(self, vehicles: TrackTable, tracks: Tracks, ego_odom: Floats) -> Tracks:
         """Return the record of the `vehicles` with the confirmed and coasting small road users, and the classes of all.
 
         Parameters
@@ -98,7 +73,7 @@ class SmallObjects:
         ego_odom
             (2,) position of the ego [m].
         """
-        small = np.array([self.is_small(one) for one in vehicles], dtype=np.bool_)
+        small = is_small(vehicles)
         status = self._tracks.status
         reported = (status == Status.CONFIRMED.value) | (status == Status.COASTING.value)
         shown = self._tracks.subset(reported)
@@ -116,23 +91,24 @@ class SmallObjects:
             self._reported_id.setdefault(one, one)
         return appended(tracks, kept, own, small, shown.subset(fresh), others, ego_odom)
 
-    def _without_doubles(self, vehicles: Sequence[Track], small: Bools, shown: SmallTracks) -> tuple[Bools, Bools]:
+    def _without_doubles(self, vehicles: TrackTable, small: Bools, shown: SmallTracks) -> tuple[Bools, Bools]:
         """Return masks of the vehicles (T,) to report, and of the small road users (K,) that a vehicle's track follows.
 
         The reported ids of both become alike. `small` (T,) is the class of the vehicles.
         """
         kept, hidden = np.ones(len(vehicles), dtype=np.bool_), np.zeros(len(shown), dtype=np.bool_)
-        for t, vehicle in enumerate(vehicles if len(shown) else ()):
-            near = self._same_object(vehicle, shown)
+        whole = np.all(vehicles.whole_views >= small_tracks.WHOLE_VIEWS_MIN, axis=1)
+        for t in np.flatnonzero((vehicles.status == CONFIRMED) & looks_small(vehicles)).tolist():
+            offset = shown.mean[:, :2] - confirmation.footprint(vehicles, t)[:2]
+            near = np.hypot(offset[:, 0], offset[:, 1]) < small_tracks.SAME_M
             if not near.any():
                 continue
-            whole = bool((vehicle.whole_views >= small_tracks.WHOLE_VIEWS_MIN).all())
-            if whole and not small[t]:  # its size is the prior: all of it was seen, and that is small
+            if whole[t] and not small[t]:  # its size is the prior: all of it was seen, and that is small
                 kept[t] = False
             else:
                 hidden |= near
             for k in np.flatnonzero(near).tolist():
-                self._name_alike(vehicle.id, int(shown.id[k]))
+                self._name_alike(vehicles.id.item(t), int(shown.id[k]))
         return kept, hidden
 
     def _pairs(self, tracks: SmallTracks, boxes: SmallBoxes) -> tuple[Ints, Ints]:
@@ -144,45 +120,14 @@ class SmallObjects:
         row, box = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
         return row, box
 
-    def _same_object(self, vehicle: Track, shown: SmallTracks) -> Bools:
-        """(K,) mask of the small road users that a confirmed track of the vehicle stages follows, too."""
-        if not (vehicle.status is Status.CONFIRMED and self.looks_small(vehicle)):
-            return np.zeros(len(shown), dtype=np.bool_)
-        offset = shown.mean[:, :2] - vehicle.footprint.center
-        return np.asarray(np.hypot(offset[:, 0], offset[:, 1]) < small_tracks.SAME_M)
-
-    def looks_small(self, vehicle: Track) -> bool:
-        """Return True for a track of the vehicle stages that was never seen larger than a bicycle."""
-        length, width = vehicle.seen_size.tolist()
-        return bool(length <= small_tracks.LENGTH_MAX_M and width <= small_tracks.WIDTH_MAX_M)
-
-    def is_small(self, vehicle: Track) -> bool:
-        """Return True for one whose estimated size is that of a bicycle, too, and not that of a hidden vehicle."""
-        return self.looks_small(vehicle) and vehicle.size.item(1) <= small_tracks.WIDTH_MAX_M
-
-    def _of_vehicles(self, vehicles: LargeVehicles) -> Bools:
+    def _of_vehicles(self, vehicles: TrackTable) -> Bools:
         """(K,) mask of the tracks in the boxes of vehicles, with a margin, or that move with a vehicle beside them."""
         mean = self._tracks.mean
-        near = vehicles.cover(mean[:, :2], small_tracks.ATTACHED_M)
-        difference = np.linalg.norm(mean[:, None, 2:] - vehicles.velocity[None], axis=2)
-        moving = np.hypot(vehicles.velocity[:, 0], vehicles.velocity[:, 1]) > small_tracks.ATTACHED_SPEED_MPS
+        near, velocity = cover(vehicles, mean[:, :2], small_tracks.ATTACHED_M), vehicles.velocity
+        difference = np.linalg.norm(mean[:, None, 2:] - velocity[None], axis=2)
+        moving = np.hypot(velocity[:, 0], velocity[:, 1]) > small_tracks.ATTACHED_SPEED_MPS
         attached = near & (difference < small_tracks.ATTACHED_SPEED_MPS) & moving
-        return np.asarray((vehicles.cover(mean[:, :2], small_tracks.VEHICLE_MARGIN_M) | attached).any(axis=1))
-
-    def _large(self, vehicles: Sequence[Track]) -> LargeVehicles:
-        """Return the likely parts of those of the vehicles that are not small."""
-        large = [one for one in vehicles if self._is_large(one)]
-        corners = track_arrays.tracked_corners(large)
-        confirmed = np.array([one.status is Status.CONFIRMED for one in large], dtype=np.bool_)
-        return LargeVehicles(*corners.boxes(track_arrays.likely_sizes(large)), corners.velocity, confirmed)
-
-    def _is_large(self, vehicle: Track) -> bool:
-        """Return True for a track of this frame that is probably of a vehicle, because it was seen to be larger."""
-        if not vehicle.seen or vehicle.status is Status.DEAD:
-            return False
-        if vehicle.status is Status.TENTATIVE:  # its axes may be swapped
-            return bool(max(vehicle.seen_size.tolist()) > small_tracks.LENGTH_MAX_M)
-        return not self.looks_small(vehicle)
+        return np.asarray((cover(vehicles, mean[:, :2], small_tracks.VEHICLE_MARGIN_M) | attached).any(axis=1))
 
     def _name_alike(self, vehicle: int, small: int) -> None:
         """Report two tracks of one object under one id, that of the track that was reported first."""
@@ -195,6 +140,30 @@ class SmallObjects:
     def _ids(self, own: Ints) -> Ints:
         """Return the reported ids of tracks."""
         return np.array([self._reported_id.get(one, one) for one in own.tolist()], dtype=np.int64)
+
+
+def looks_small(vehicles: TrackTable) -> Bools:
+    """(T,) mask of tracks of the vehicle stages that were never seen larger than a bicycle."""
+    length, width = vehicles.seen_size.T
+    return np.asarray((length <= small_tracks.LENGTH_MAX_M) & (width <= small_tracks.WIDTH_MAX_M))
+
+
+def is_small(vehicles: TrackTable) -> Bools:
+    """(T,) mask of those whose estimated size is that of a bicycle, too, and not that of a hidden vehicle."""
+    return np.asarray(looks_small(vehicles) & (vehicles.size[:, 1] <= small_tracks.WIDTH_MAX_M))
+
+
+def is_large(vehicles: TrackTable) -> Bools:
+    """(T,) mask of tracks of this frame that are probably of vehicles, because they were seen to be larger."""
+    longer = vehicles.seen_size.max(axis=1, initial=0.0) > small_tracks.LENGTH_MAX_M
+    larger = np.where(vehicles.status == TENTATIVE, longer, ~looks_small(vehicles))  # axes may be swapped at first
+    return np.asarray(vehicles.seen & vehicles.alive & larger)
+
+
+def cover(vehicles: TrackTable, points: Floats, margin_m: float) -> Bools:
+    """(P, T) mask of points (P, 2) in the likely parts of vehicles, with a margin [m]."""
+    center, heading, size = vehicles.boxes(vehicles.likely_size)
+    return inside(points, center, heading, size + 2.0 * margin_m)
 
 
 def _distinct(reported: Ints, own: Ints, confirmed: Bools) -> tuple[Ints, Bools]:

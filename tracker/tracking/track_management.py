@@ -1,49 +1,49 @@
 """Track management: status, merging of pieces, removal of duplicates, and new tracks."""
 
-from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Ints
-from luxloop.tracker.geometry import inside
+from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.geometry import QUARTER, inside, rotate_one, variance_along, wrap
 from luxloop.tracker.merging import MergeConfig, RigidPairs, fits, hull, may_be_one, one_vehicle
-from luxloop.tracker.records import NO_TRACK, Status
-from luxloop.tracker.tracking import orientation, track_arrays
+from luxloop.tracker.records import NO_TRACK
+from luxloop.tracker.tracking import confirmation, correction, heading, orientation, vehicle_size
+from luxloop.tracker.tracking.corner import end_variance
+from luxloop.tracker.tracking.filters import initial_filters
+from luxloop.tracker.tracking.hypotheses import shows_end
 from luxloop.tracker.tracking.model_selection import ModelSelection
-from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.track import Track
-from luxloop.tracker.tracking.track_arrays import likely_sizes, pieces, seen_sizes, tracked_corners, within
+from luxloop.tracker.tracking.observations import Observations, uncut
 from luxloop.tracker.tracking.track_config import TrackConfig
-from luxloop.tracker.tracking.track_observation import first_observation
+from luxloop.tracker.tracking.track_table import CONFIRMED, DEAD, TENTATIVE, TrackTable, empty
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
-from luxloop.tracker.tracking.vehicle_size import SizeEstimator
+from luxloop.tracker.vehicle_classes import WIDE_M, WIDEST_M
 
 
 class TrackManagement(Protocol):
     """Start, confirmation, merging and termination of tracks."""
 
     def manage(
-        self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
-    ) -> list[Track]:
+        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+    ) -> TrackTable:
         """Decide on the tracks at the end of a frame, after their updates.
 
         Parameters
         ----------
         tracks
-            All tracks of this frame.
+            All tracks of this frame; changed in place.
         seen
             The B boxes of this frame.
         track_id
             (B,) track of each box, `NO_TRACK` for none. Ids of new tracks are written into it.
         forward
             Heading of the ego in the odometry frame [rad].
-        models
-            Maker of filter banks for new tracks.
+        selection
+            Model selection, which reports the states of new and of merged tracks.
 
         Returns
         -------
-        list of Track
+        TrackTable
             Tracks to report: living ones, and with `Status.DEAD` those that were terminated in this frame.
         """
 
@@ -51,92 +51,149 @@ class TrackManagement(Protocol):
 class DefaultTrackManagement:
     """The track management of the shipped tracker. Each step is a method, which a replacement can reuse."""
 
-    def __init__(self, merging: MergeConfig, track: TrackConfig) -> None:
+    def __init__(self, merging: MergeConfig, config: TrackConfig) -> None:
         self._merging = merging
-        self._track = track
+        self._config = config
         self._rigid = RigidPairs()
         self._next_id = 0
 
     def manage(
-        self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
-    ) -> list[Track]:
+        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+    ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        flow = self.flow(tracks, forward)
+        every, flow = np.arange(len(tracks)), self.flow(tracks, forward)
         self.orient(tracks, flow)
         self.settle(tracks)
         self.couple(tracks)
-        self.merge(tracks)
-        self.remove_duplicates(tracks)
-        return [*tracks, *self.start(self.newcomers(tracks, seen, track_id), seen, track_id, flow, models)]
+        self.merge(tracks, every, selection)
+        self.remove_duplicates(tracks, every)
+        return self.start(tracks, self.newcomers(tracks, seen, track_id), seen, track_id, flow, selection)
 
-    def flow(self, tracks: Sequence[Track], forward: float) -> TrafficFlow:
-        """Return the directions of the tracks, beside an ego of heading `forward` [rad]."""
-        return track_arrays.flow(tracks, forward)
+    def flow(self, tracks: TrackTable, forward: float) -> TrafficFlow:
+        """Return the tracks whose direction is known, beside an ego of heading `forward` [rad]."""
+        known = tracks.shows_direction
+        return TrafficFlow(tracks.id[known], tracks.estimate[known, :2], tracks.yaw[known, 0], forward)
 
-    def orient(self, tracks: Sequence[Track], flow: TrafficFlow) -> None:
-        """Turn stationary vehicles to their likeliest directions, beside the other vehicles of `flow`."""
-        for track in tracks:
-            if track.seen:
-                track.orient(flow)
+    def orient(self, tracks: TrackTable, flow: TrafficFlow) -> None:
+        """Turn stationary vehicles to their likeliest directions, beside the other vehicles of `flow`.
 
-    def settle(self, tracks: Sequence[Track]) -> None:
-        """Update the status of every track."""
-        for track in tracks:
-            track.settle()
+        Motion has precedence, unless the vehicle is too wide.
+        """
+        filtered = heading.heading_filter(self._config.filters)
+        for t in np.flatnonzero(tracks.seen).tolist():
+            moved = tracks.oriented[t] and tracks.seen_size[t, 1] <= WIDE_M
+            if moved or correction.course_of(tracks, t, filtered, self._config) is not None:
+                tracks.axis_log_odds[t] = np.inf
+                continue
+            others, (x, y, yaw, _, _) = flow.without(tracks.id.item(t)), confirmation.footprint(tracks, t)
+            place, by_shape = np.array([x, y]), heading.length_log_odds(tracks, t)
+            turns = orientation.likeliest_turns(by_shape, place, yaw, others, orientation.TURN_LOG_ODDS)
+            correction.turn(tracks, t, turns)
+            axis = others.axis_log_odds(place, tracks.yaw.item(t, 0))
+            tracks.axis_log_odds[t] = heading.length_log_odds(tracks, t) + axis
 
-    def couple(self, tracks: Sequence[Track]) -> None:
+    def settle(self, tracks: TrackTable) -> None:
+        """Confirm or refute the tracks that were seen; terminate those that are too large."""
+        settings = self._config.confirmation
+        least = confirmation.log_odds(settings.confirm_probability)
+        for t in np.flatnonzero(tracks.seen & tracks.alive).tolist():
+            odds = confirmation.vehicle_odds(tracks, t)
+            sure = tracks.axis_log_odds[t] >= orientation.TURN_LOG_ODDS
+            if sure and tracks.hits[t] >= settings.confirm_hits and odds >= least:
+                tracks.status[t] = CONFIRMED
+            elif odds <= -least:
+                tracks.status[t] = TENTATIVE
+            if tracks.seen_size[t].min() > WIDEST_M:
+                tracks.status[t] = DEAD
+
+    def couple(self, tracks: TrackTable) -> None:
         """Observe which tracks move as one rigid body."""
-        visible = [track for track in tracks if track.seen]
-        self._rigid.observe([track.id for track in visible], pieces(visible))
+        visible = tracks.subset(tracks.seen)
+        self._rigid.observe(visible.id.tolist(), visible.pieces())
 
-    def merge(self, tracks: Sequence[Track]) -> None:
-        """Merge tracks that follow pieces of one vehicle; the track with more observations stays."""
-        ranked = sorted((t for t in tracks if t.seen), key=lambda track: (not track.confirmed_now, -track.hits))
-        seen = pieces(ranked)
+    def merge(self, tracks: TrackTable, rows: Ints, selection: ModelSelection) -> None:
+        """Merge those of the tracks `rows` that follow pieces of one vehicle; the one with more observations stays."""
+        rows = rows[tracks.seen[rows]]
+        confirmed = tracks.confirmed_now
+        ranked = rows[np.lexsort((-tracks.hits[rows], ~confirmed[rows]))]
+        seen, id = tracks.subset(ranked).pieces(), tracks.id[ranked].tolist()
         for a, b in may_be_one(seen):
-            alive = Status.DEAD not in (ranked[a].status, ranked[b].status)
-            together = one_vehicle(seen, a, b, self._merging) or self._rigid.rigid(ranked[a].id, ranked[b].id)
+            alive = (tracks.status[ranked[[a, b]]] != DEAD).all()
+            together = one_vehicle(seen, a, b, self._merging) or self._rigid.rigid(id[a], id[b])
             still_fits = fits(seen, a, b)  # pieces that were merged before have grown
-            if alive and ranked[a].confirmed_now and together and still_fits:
-                ranked[a].absorb(*hull(seen, a, b))
-                ranked[b].status = Status.DEAD
-                seen = pieces(ranked)
+            if alive and confirmed[ranked[a]] and together and still_fits:
+                correction.absorb(tracks, ranked.item(a), *hull(seen, a, b), selection, self._config)
+                tracks.status[ranked[b]] = DEAD
+                seen = tracks.subset(ranked).pieces()
 
-    def remove_duplicates(self, tracks: Sequence[Track]) -> None:
-        """Terminate every track inside the box of a confirmed one; of two confirmed tracks the older stays."""
-        confirmed = [track for track in tracks if track.confirmed_now]
-        ranked = confirmed + [track for track in tracks if not track.confirmed_now]
-        corners = tracked_corners(ranked)
-        center, *_ = corners.boxes(seen_sizes(ranked))
-        vehicles = corners.first(len(confirmed)).boxes(likely_sizes(confirmed))
-        rank, taken_by = np.nonzero(inside(center, *vehicles))
-        for taken in rank[taken_by < rank].tolist():  # only those before a track take its place
-            ranked[taken].status = Status.DEAD
+    def remove_duplicates(self, tracks: TrackTable, rows: Ints) -> None:
+        """Terminate those of the tracks `rows` inside the box of a confirmed one; of two confirmed, the older stays."""
+        now = tracks.confirmed_now[rows]
+        rows, confirmed = np.concatenate([rows[now], rows[~now]]), int(now.sum())
+        ranked = tracks.subset(rows)
+        center, *_ = ranked.boxes(ranked.seen_size)
+        vehicles = ranked.subset(np.arange(confirmed))
+        rank, taken_by = np.nonzero(inside(center, *vehicles.boxes(vehicles.likely_size)))
+        tracks.status[rows[rank[taken_by < rank]]] = DEAD  # only those before a track take its place
 
-    def newcomers(self, tracks: Sequence[Track], seen: Observations, track_id: Ints) -> Bools:
+    def newcomers(self, tracks: TrackTable, seen: Observations, track_id: Ints) -> Bools:
         """(B,) mask of boxes that start a track: assigned to none, and outside the boxes of confirmed tracks."""
         free = track_id == NO_TRACK
         if free.any():
-            confirmed = [track for track in tracks if track.status is Status.CONFIRMED]
-            free &= ~within(seen.center, confirmed).any(axis=1)
+            free &= ~tracks.subset(tracks.status == CONFIRMED).within(seen.center).any(axis=1)
         return np.asarray(free)
 
     def start(
-        self, newcomers: Bools, seen: Observations, track_id: Ints, flow: TrafficFlow, models: ModelSelection
-    ) -> list[Track]:
-        """Return a tentative track for each box of the mask `newcomers` (B,); write their ids into `track_id` (B,)."""
-        started = [self._start_track(seen, b, flow, models) for b in np.flatnonzero(newcomers).tolist()]
-        track_id[newcomers] = [track.id for track in started]
-        return started
+        self,
+        tracks: TrackTable,
+        newcomers: Bools,
+        seen: Observations,
+        track_id: Ints,
+        flow: TrafficFlow,
+        selection: ModelSelection,
+    ) -> TrackTable:
+        """Return the tracks, and a tentative one for each box of the mask `newcomers` (B,).
 
-    def _start_track(self, seen: Observations, b: int, flow: TrafficFlow, models: ModelSelection) -> Track:
-        """Return a tentative track of box `b`."""
-        size, whole = seen.size[b], seen.whole[b]
-        shape = orientation.shape_log_odds(size, whole)
-        turns = orientation.likeliest_turns(shape, seen.center[b], float(seen.heading[b]), flow, least=0.0)
-        usual = SizeEstimator(*orientation.turn_sides(size, whole, turns), self._track.extent).size
-        first, position = first_observation(seen, b, turns, usual)
-        bank = models.new_bank(position, first.covariance)
-        track = Track(self._next_id, position, first, self._track, bank)
-        self._next_id += 1
-        return track
+        Their ids are written into `track_id` (B,).
+        """
+        boxes = np.flatnonzero(newcomers).tolist()
+        started = [new_track(seen, b, self._next_id + k, flow, self._config) for k, b in enumerate(boxes)]
+        track_id[newcomers] = self._next_id + np.arange(len(started))
+        self._next_id += len(started)
+        joined = tracks.joined(started)
+        rows = np.arange(len(tracks), len(joined))
+        selection.summarise(joined, rows)
+        for t in rows.tolist():
+            joined.birthplace[t] = confirmation.footprint(joined, t)
+        return joined
+
+
+def new_track(seen: Observations, b: int, id: int, flow: TrafficFlow, config: TrackConfig) -> TrackTable:
+    """Return a table of one tentative track of box `b`, in its likeliest direction beside the vehicles of `flow`."""
+    shape = orientation.shape_log_odds(seen.size[b], seen.whole[b])
+    turns = orientation.likeliest_turns(shape, seen.center[b], float(seen.heading[b]), flow, least=0.0)
+    size, near = orientation.turn_size(seen.size[b], turns), orientation.turn_sign(seen.corner_sign[b], turns)
+    cut = np.concatenate([seen.cut[b, turns:], seen.cut[b, :turns]])
+    yaw, untruncated = wrap(float(seen.heading[b]) + turns * QUARTER), uncut(cut)
+    likelihood, of_pieces, views, usual, size_std = vehicle_size.first_view(size, untruncated, config.extent)
+    covariance = seen.covariance[b, :2, :2]
+    known = shows_end(size, near, cut, usual), variance_along(covariance, yaw)
+    variance = np.where(*known, end_variance(2.0 * size_std, config.corner))
+    position = seen.center[b] + rotate_one(0.5 * seen.corner_sign[b] * seen.size[b], seen.heading.item(b))
+    track = empty(config.filters.models, rows=1)
+    filters = initial_filters(position, covariance, config.filters)
+    turn = heading.Turn.start(yaw, float(seen.covariance[b, 2, 2]), 0.0)
+    heading.write(track.yaw, track.yaw_covariance, 0, turn)
+    columns: dict[str, Floats | Ints | float] = {
+        "id": id, "hits": 1, "status": TENTATIVE, "first_offset_s": float(seen.time_offset[b]),
+        "mean": filters.mean, "covariance": filters.covariance, "probability": 1.0 / len(config.filters.models),
+        "independent_mean": filters.mean, "independent_covariance": filters.covariance,
+        "corner_sign": near, "corner_variance": variance, "contradicted_from": position, "seen_size": size,
+        "size_likelihood": likelihood, "piece_likelihood": of_pieces, "size_views": views, "size": usual,
+        "size_std": size_std, "prior_log_odds": confirmation.log_odds(config.confirmation.vehicle_prior),
+    }  # fmt: skip
+    for name, value in columns.items():
+        getattr(track, name)[0] = value
+    heading.observe_sides(track, 0, size, untruncated)
+    confirmation.count_view(track, 0, size, untruncated, bool(seen.flat[b]))
+    return track

@@ -1,4 +1,4 @@
-"""Posterior probabilities of a vehicle's length and width, from the extents of its views and from vehicle classes.
+"""Sizes of the tracked vehicles: what was seen of their sides, and posterior probabilities of length and width.
 
 Bayes' rule over a grid of sizes. Length and width of one class are independent; the class connects them, so that a wide
 front belongs to a long vehicle.
@@ -6,68 +6,23 @@ front belongs to a long vehicle.
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.tracking import orientation
 from luxloop.tracker.vehicle_classes import (
     CAR_LONGEST_M,
     FACE_MIN_M,
     GRID_M,
     TRUNCATED_PROBABILITY,
-    WIDEST_M,
     side_probabilities,
 )
 
-
-class SizePosterior:
-    """Log-likelihoods and posterior probabilities of the sides of `GRID_M`, estimated from the first view on.
-
-    Parameters
-    ----------
-    hidden
-        (2,) part of length and width that rounded corners hide [m].
-    """
-
-    def __init__(self, hidden: Floats) -> None:
-        self._hidden = hidden
-        self._log_likelihood = np.zeros((2, len(GRID_M)))
-        self._of_pieces = np.zeros((2, len(GRID_M)))
-        """Mean log-likelihoods of the truncated views: all of them together have the evidence of one."""
-        self._views = np.zeros((2, 2), dtype=np.int64)
-        """Numbers of all views and of truncated ones, by side."""
-
-    def observe(self, observed: Floats, whole: Bools) -> None:
-        """Add a view of extents (2,) [m], with a mask (2,) of sides truncated at neither end."""
-        self.size, self.std = add_view_and_estimate(
-            self._log_likelihood,
-            self._of_pieces,
-            self._views,
-            observed,
-            whole,
-            self._hidden,
-        )
-
-    def exceed(self, extents: Floats) -> None:
-        """Exclude sides shorter than extents (2,) [m], which other evidence than a single view shows."""
-        weight, cut = np.full(2, LOG_ODDS_MAX), np.zeros(2, np.bool_)
-        add_view(self._log_likelihood, extents, cut, weight, np.zeros(2), self._hidden)
-        self._estimate()
-
-    def turn(self, quarters: int) -> None:
-        """Rename the sides for a heading turned by `quarters`."""
-        if quarters % 2:
-            self._log_likelihood, self._of_pieces = self._log_likelihood[::-1].copy(), self._of_pieces[::-1].copy()
-            self._views = self._views[:, ::-1].copy()
-            self._estimate()
-
-    def _estimate(self) -> None:
-        """Update length and width (2,), and their standard deviations (2,) [m]."""
-        self.size, self.std = estimate(self._log_likelihood, self._of_pieces)
-
+if TYPE_CHECKING:
+    from luxloop.tracker.tracking.track_table import TrackTable
 
 VIEW_CORRELATION = 0.2
 """Correlation of the views of a side: many equal views have the evidence of five."""
@@ -105,20 +60,9 @@ class ExtentConfig:
         require_within(self, 0.0, 1e3, "hidden_length_m", "hidden_width_m")
 
 
-def too_large(seen: Floats) -> bool:
-    """Return True if the seen extents (2,) [m] are larger than any vehicle."""
-    return bool(min(seen.tolist()) > WIDEST_M)
-
-
-def long(seen: Floats) -> bool:
-    """Return True if the seen extents (2,) [m] exceed the length of a car."""
-    return bool(max(seen.tolist()) > CAR_LONGEST_M)
-
-
 def known(seen: Floats, size: Floats) -> Floats:
-    """(2,) part of each side that is known to exist [m]: all of `size` once nearly all was seen, else the seen part."""
-    sides = zip(seen.tolist(), size.tolist(), strict=True)
-    return np.array([whole if part >= KNOWN_FRACTION * whole else part for part, whole in sides])
+    """Part of each side (..., 2) that is known to exist [m]: the whole `size` once nearly all was seen."""
+    return np.where(seen >= KNOWN_FRACTION * size, size, seen)
 
 
 def likely(seen: Floats, size: Floats, std: Floats) -> Floats:
@@ -126,48 +70,46 @@ def likely(seen: Floats, size: Floats, std: Floats) -> Floats:
     return np.asarray(np.maximum(np.minimum(seen, size), size - std))
 
 
-class SizeEstimator:
-    """Length and width of a vehicle, from its first view of extents (2,) [m] and mask `whole` (2,) on."""
+def first_view(size: Floats, untruncated: Bools, config: ExtentConfig) -> tuple[Floats, Floats, Ints, Floats, Floats]:
+    """Return the columns of a new track: likelihoods, those of pieces, numbers of views, size and its deviation.
 
-    def __init__(self, first: Floats, whole: Bools, config: ExtentConfig) -> None:
-        self.whole_views: Ints = np.zeros(2, dtype=np.int64)
-        """(2,) numbers of views of length and width from end to end."""
-        self._posterior = SizePosterior(np.array([config.hidden_length_m, config.hidden_width_m]))
-        self.seen = first
-        """(2,) seen length and width [m]."""
-        self._posterior.observe(first, whole)
+    Its first view has extents (2,) [m] and a mask (2,) of untruncated sides.
+    """
+    likelihood, of_pieces = np.zeros((2, 2, len(GRID_M)))
+    views = np.zeros((2, 2), dtype=np.int64)
+    estimated = add_view_and_estimate(likelihood, of_pieces, views, size, untruncated, rounded_off(config))
+    return likelihood, of_pieces, views, *estimated
 
-    @property
-    def size(self) -> Floats:
-        """(2,) length and width [m], unseen parts from priors."""
-        return self._posterior.size
 
-    @property
-    def std(self) -> Floats:
-        """(2,) standard deviations of length and width [m]."""
-        return self._posterior.std
+def observe_size(tracks: "TrackTable", t: int, observed: Floats, untruncated: Bools, config: ExtentConfig) -> None:
+    """Update the size of a track by extents (2,) [m], with a mask (2,) of untruncated sides."""
+    gains, growth = (GROWTH, SETTLED_GROWTH), (GROWN_MIN_M, CAR_LONGEST_M)
+    memory = tracks.seen_size[t], tracks.whole_views[t]
+    tracks.seen_size[t] = remembered_extents(*memory, observed, untruncated, gains, growth)
+    posterior = tracks.size_likelihood[t], tracks.piece_likelihood[t], tracks.size_views[t]
+    estimated = add_view_and_estimate(*posterior, observed, untruncated, rounded_off(config))
+    tracks.size[t], tracks.size_std[t] = estimated
 
-    @property
-    def known(self) -> Floats:
-        """(2,) part of length and width that is known to exist, from the tracked corner on [m]."""
-        return known(self.seen, self.size)
 
-    def observe(self, observed: Floats, whole: Bools) -> None:
-        """Update by observed extents (2,) [m], with a mask (2,) of those truncated at neither end."""
-        gains, growth = (GROWTH, SETTLED_GROWTH), (GROWN_MIN_M, CAR_LONGEST_M)
-        self.seen = remembered_extents(self.seen, self.whole_views, observed, whole, gains, growth)
-        self._posterior.observe(observed, whole)
+def extend_size(tracks: "TrackTable", t: int, seen: Floats, config: ExtentConfig) -> None:
+    """Set the seen extents (2,) [m] of a track to those of several pieces together, and exclude shorter sides."""
+    tracks.seen_size[t] = seen
+    weight, cut = np.full(2, LOG_ODDS_MAX), np.zeros(2, np.bool_)
+    add_view(tracks.size_likelihood[t], seen, cut, weight, np.zeros(2), rounded_off(config))
+    tracks.size[t], tracks.size_std[t] = estimate(tracks.size_likelihood[t], tracks.piece_likelihood[t])
 
-    def extend(self, seen: Floats) -> None:
-        """Set the seen extents (2,) [m] to those of several pieces together."""
-        self.seen = seen
-        self._posterior.exceed(seen)
 
-    def turn(self, quarters: int) -> None:
-        """Rename the sides for a heading turned by `quarters`."""
-        self.whole_views = self.whole_views[:: -1 if quarters % 2 else 1].copy()
-        self._posterior.turn(quarters)
-        self.seen = orientation.turn_size(self.seen, quarters)
+def swap_sides(tracks: "TrackTable", t: int) -> None:
+    """Rename the sides of a track for a heading turned by a quarter."""
+    for column in (tracks.seen_size, tracks.whole_views, tracks.size_likelihood, tracks.piece_likelihood):
+        column[t] = column[t, ::-1].copy()
+    tracks.size_views[t] = tracks.size_views[t, :, ::-1].copy()
+    tracks.size[t], tracks.size_std[t] = estimate(tracks.size_likelihood[t], tracks.piece_likelihood[t])
+
+
+def rounded_off(config: ExtentConfig) -> Floats:
+    """(2,) part of length and width that rounded corners hide [m]."""
+    return np.array([config.hidden_length_m, config.hidden_width_m])
 
 
 @kernel()

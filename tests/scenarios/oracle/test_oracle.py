@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support import busy_street, short_run
 from support.frames import Body, observe, world_frame
+from support.one_bank import OneBank
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import DeviceError
@@ -30,6 +31,7 @@ from luxloop.tracker.tracker import TrackerConfig
 from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.track_table import empty
 
 SEGMENTATION = tuple(f"segmentation.{rate}_rate" for rate in ("over", "under", "missed"))
 
@@ -360,33 +362,32 @@ def test_the_largest_box_of_a_new_actor_starts_a_track():
 
 
 def test_the_first_id_of_an_actor_is_kept():
-    class Named:
-        def __init__(self, track_id, status, hits):
-            self.id, self.status, self.hits = track_id, status, hits
-
-    tracks = [Named(3, Status.DEAD, 9), Named(5, Status.CONFIRMED, 4), Named(6, Status.CONFIRMED, 7)]
-    oracle_association.hand_over_id(tracks)
-    assert [track.id for track in tracks] == [6, 5, 3]
-    oracle_association.hand_over_id(tracks)
-    assert [track.id for track in tracks] == [6, 5, 3]
+    tracks = empty(MODELS, rows=3)
+    tracks.id[:], tracks.hits[:] = [3, 5, 6], [9, 4, 7]
+    tracks.status[:] = [Status.DEAD, Status.CONFIRMED, Status.CONFIRMED]
+    oracle_association.hand_over_id(tracks, np.arange(3))
+    assert tracks.id.tolist() == [6, 5, 3]
+    oracle_association.hand_over_id(tracks, np.arange(3))
+    assert tracks.id.tolist() == [6, 5, 3]
 
 
-def test_an_oracle_bank_selects_the_true_mode_regardless_of_residuals():
+def test_an_oracle_selects_the_true_mode_regardless_of_innovations():
     """Mixing starts the other filters from the selected one, and minutes of standing keep all logarithms finite."""
     frame = world_frame(0, [Body(3, 12.0, 0.0)])
     context = OracleContext()
     context.truth = replace(Truth.of(frame, observe(frame, [Body(3, 12.0, 0.0)])[1]), mode={3: 0})
-    oracle_bank = OracleModelSelection(FilterConfig(), MmaConfig(), context).new_bank(np.zeros(2), 0.01 * np.eye(2))
-    oracle_bank.actor = 3
-    oracle_bank.select()
+    context.box_actor = np.array([3])
+    context.add_tracks(np.array([0]))
+    bank = OneBank(0.01 * np.eye(2), selection=OracleModelSelection(MmaConfig(), context))
+    bank.selection.select(bank.table)
     for _ in range(5000):
-        oracle_bank.predict(motion(0.08, FilterConfig()))
-        oracle_bank.observe(np.full((len(MODELS), 2), 0.3), 0.01 * np.eye(2))
-        assert oracle_bank.probability.argmax() == 0
-    np.testing.assert_array_equal(oracle_bank.probability, certain(0))
-    oracle_bank.actor = NO_ACTOR
-    oracle_bank.predict(motion(0.08, FilterConfig()))
-    assert oracle_bank.probability[0] < certain(0)[0]
+        bank.predict(motion(0.08, FilterConfig()))
+        bank.observe(np.full((len(MODELS), 2), 0.3), 0.01 * np.eye(2))
+        assert bank.probability.argmax() == 0
+    np.testing.assert_array_equal(bank.probability, certain(0))
+    bank.table.id[0] = 7  # a track without an actor
+    bank.predict(motion(0.08, FilterConfig()))
+    assert bank.probability[0] < certain(0)[0]
 
 
 def test_a_true_fit_replaces_the_refined_column():

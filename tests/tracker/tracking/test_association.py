@@ -164,7 +164,7 @@ def test_an_end_is_exact_if_its_face_is_visible_or_the_truncation_explained(size
     """Seen from behind, on its right: the near corner is the rear right one."""
     flags = np.array([side in cut for side in ("front", "left", "rear", "right")])
     near = np.array([-1.0, -1.0])
-    assert tuple(shows_end(np.array(size), near, flags, np.array(CAR), READING)) == shown
+    assert tuple(shows_end(np.array(size), near, flags, np.array(CAR))) == shown
 
 
 def test_truncated_ends_rotate_with_the_heading():

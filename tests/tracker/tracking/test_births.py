@@ -4,16 +4,14 @@ import numpy as np
 import pytest
 from support.driven_cars import SIZE, confirmed, driven, scan_of
 from support.one_track import CAR, DT, start
-from support.one_track import CONFIG as CONFIGURED
 from support.seen import observe_boxes
 
+from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracker import Tracker, TrackerConfig
 from luxloop.tracker.tracking.births import nearby, second_views
 from luxloop.tracker.tracking.confirmation import ConfirmationConfig
-from luxloop.tracker.tracking.filters import motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
-from luxloop.tracker.tracking.track_arrays import predictions
-from luxloop.tracker.tracking.track_observation import track_observation
+from luxloop.tracker.tracking.track_table import empty
 
 HALF = 0.5 * np.array(SIZE)
 AHEAD = np.array([4.0, 0.0, 0.0])
@@ -68,7 +66,7 @@ def test_the_gate_decides_at_the_place_of_the_track(moved_m, expected):
 
 
 def test_no_tracks_have_no_second_views():
-    none, seen = predictions([]), observe_boxes((5.0, 5.0, 0.0), SIZE)
+    none, seen = Predictions.of(empty(MODELS)), observe_boxes((5.0, 5.0, 0.0), SIZE)
     hypotheses = hypothesise(none, seen, HypothesisConfig())
     assert second_views(none, hypotheses, seen, np.zeros(0), np.zeros((0, 2))).shape == (0, 1)
     assert nearby(hypotheses).shape == (0, 1)
@@ -80,12 +78,12 @@ def test_the_speed_of_two_views_is_over_the_time_between_them(offsets_s):
     speed_mps, one_track = 40.0, start((20.0, 10.0, 0.0), time_offset=offsets_s[0])
     moved = speed_mps * (DT + offsets_s[1] - offsets_s[0])
     seen = observe_boxes((20.0 + moved, 10.0, 0.0), CAR, time_offset=offsets_s[1])
-    before = one_track.corner.position[0]
-    one_track.predict(motion(DT, CONFIGURED.filters))
-    one_track.update(track_observation(hypothesise(predictions([one_track]), seen, HypothesisConfig()), seen, 0, 0))
+    before = one_track.position[0].item()
+    one_track.predict()
+    one_track.correct(seen)
     at_the_scan = before + speed_mps * (DT - offsets_s[0])
-    assert one_track.corner.velocity[0] == pytest.approx(speed_mps, rel=0.05)
-    assert one_track.corner.position[0] == pytest.approx(at_the_scan, abs=0.1)
+    assert one_track.table.velocity[0, 0] == pytest.approx(speed_mps, rel=0.05)
+    assert one_track.position[0] == pytest.approx(at_the_scan, abs=0.1)
 
 
 @pytest.mark.parametrize("speed_mps", [20.0, 40.0, 70.0])

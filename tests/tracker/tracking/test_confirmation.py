@@ -1,12 +1,13 @@
 """Confirmation of tracks: shape and motion of vehicles and of background."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from support.one_track import DT, flow_of, follow, start, straight
 
-from luxloop.tracker.records import Status
+from luxloop.tracker.records import MODELS, Status
 from luxloop.tracker.tracking import confirmation as confirmation_module
 from luxloop.tracker.tracking.confirmation import (
     FLAT_LOG_ODDS,
@@ -15,40 +16,63 @@ from luxloop.tracker.tracking.confirmation import (
     MOVED_VIEWS_MIN,
     VEHICLE_LOG_ODDS_MAX,
     VIEW_LOG_ODDS_MAX,
-    Confirmation,
     ConfirmationConfig,
-    Footprint,
+    check_motion,
+    count_view,
+    footprint,
+    reacquire,
+    vehicle_odds,
 )
-from luxloop.tracker.tracking.track_observation import TrackObservation
+from luxloop.tracker.tracking.track_table import empty
 from luxloop.tracker.vehicle_classes import TRUNCATED_PROBABILITY, vehicle_log_odds
 
-WHOLE, ORIGIN = (True, True), np.zeros(2)
+WHOLE = (True, True)
 FLAT = 0.03
 """Depth of a flat segment with range noise [m]."""
 FRONT_CUT, BOTH_CUT = (True, False, False, False), (True, False, True, False)
 
 
+class View(NamedTuple):
+    """One view of an object along x."""
+
+    size: np.ndarray
+    whole: np.ndarray
+    exact: np.ndarray
+    flat: bool
+    sign: np.ndarray
+
+
 def view(size, whole=WHOLE, exact=WHOLE, flat=False, sign=(-1, -1)):
-    """Return one view of an object along x."""
-    return TrackObservation(
-        misfit=np.zeros((3, 2)),
-        covariance=np.eye(2) * 0.05**2,
-        heading=0.0,
-        heading_variance=0.02**2,
-        size=np.array(size),
-        exact=np.array(exact),
-        whole=np.array(whole),
-        flat=flat,
-        corner_sign=np.array(sign),
-    )
+    return View(np.array(size), np.array(whole), np.array(exact), flat, np.array(sign))
 
 
-def place(size, x=0.0, y=0.0):
-    return Footprint(np.array([x, y]), 0.0, np.array(size, dtype=float))
+class Judge:
+    """A table of one track whose visible part is centred at its tracked corner, with its confirmation."""
+
+    def __init__(self, size=(4.6, 1.8), heading=0.0, **values):
+        self._config, self._table = ConfirmationConfig(**values), empty(MODELS, rows=1)
+        self._table.prior_log_odds[0] = confirmation_module.log_odds(self._config.vehicle_prior)
+        self._table.yaw[0, 0], self._table.seen_size[0] = heading, size
+        self._table.birthplace[0] = footprint(self._table, 0)
+
+    def count(self, seen):
+        count_view(self._table, 0, seen.size, seen.whole, seen.flat)
+
+    def check_motion(self, seen, corner, moving):
+        self._table.estimate[0, :2] = corner
+        if not self._table.left[0]:
+            check_motion(self._table, 0, seen.size, seen.whole, seen.exact, seen.sign, moving)
+
+    def reacquire(self, same):
+        reacquire(self._table, 0, same, self._config)
+
+    @property
+    def log_odds(self):
+        return vehicle_odds(self._table, 0)
 
 
 def confirmation(size=(4.6, 1.8), **values):
-    return Confirmation(ConfirmationConfig(**values), place(size))
+    return Judge(size, **values)
 
 
 def log_odds(seen, views, **values):
@@ -88,26 +112,23 @@ def test_a_missing_side_is_evidence_against_a_vehicle():
     assert log_odds(lacking, 1) == pytest.approx(log_odds(seen, 1) - FLAT_LOG_ODDS)
 
 
-def test_confirmation_needs_nine_to_one_and_three_observations():
+def test_a_whole_car_is_above_nine_to_one_and_a_piece_is_between():
     sure = confirmation()
     sure.count(view((4.6, 1.8)))
     assert sure.log_odds > math.log(9.0)
-    assert not sure.confirms(hits=2)
-    assert sure.confirms(hits=3)
     unsure = confirmation()
     unsure.count(view((2.2, 0.8)))
     assert unsure.log_odds < math.log(9.0)
-    assert not unsure.confirms(hits=100)
-    assert not unsure.refutes
+    assert unsure.log_odds > -math.log(9.0)
 
 
 def test_one_to_nine_refutes():
     """Two views of -2 have the evidence of -4 / 1.2 = -3.33, below -ln 9 = -2.20."""
     wall = confirmation()
     wall.count(view((15.0, 0.02)))
-    assert not wall.refutes
+    assert wall.log_odds > -math.log(9.0)
     wall.count(view((15.0, 0.02)))
-    assert wall.refutes
+    assert wall.log_odds <= -math.log(9.0)
 
 
 # --- motion
@@ -120,9 +141,9 @@ def moved(seen, corners, size=(0.0, 0.0), heading=0.0):
     """
     size = np.asarray(size, dtype=float)
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
-    judged = Confirmation(ConfirmationConfig(vehicle_prior=0.5), Footprint(ORIGIN, heading, size))
+    judged = Judge(size, heading, vehicle_prior=0.5)
     for corner in np.asarray(corners, dtype=float) @ turn:
-        judged.check_motion(seen, Footprint(corner, heading, size), corner, moving=False)
+        judged.check_motion(seen, corner, moving=False)
     return judged.log_odds == MOTION_LOG_ODDS
 
 
@@ -157,7 +178,7 @@ def test_another_end_has_its_own_first_place():
     judged, seen = confirmation(), [view((4.6, 1.8), sign=(sign, -1)) for sign in (-1, 1)]
     for k in range(20):
         corner = np.array([4.6 * (k % 2) - 2.3, -0.9])
-        judged.check_motion(seen[k % 2], place((4.6, 1.8)), corner, moving=False)
+        judged.check_motion(seen[k % 2], corner, moving=False)
     assert judged.log_odds == 0.0
 
 
@@ -169,11 +190,11 @@ def reappeared(same, corners, moving=False):
     judged, size = confirmation(), (4.6, 1.8)
     for corner in [(0.0, 0.0), *[(2.0 * FAR, 0.0)] * 4]:
         judged.count(view(size))
-        judged.check_motion(REAR, place(size, *corner), np.array(corner), moving=True)
+        judged.check_motion(REAR, np.array(corner), moving=True)
     assert judged.log_odds > MOTION_LOG_ODDS
     judged.reacquire(same)
     for corner in corners:
-        judged.check_motion(REAR, place(size, *corner), np.array(corner), moving=moving)
+        judged.check_motion(REAR, np.array(corner), moving=moving)
     return judged
 
 

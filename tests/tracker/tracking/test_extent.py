@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
+from support.one_track import start
 
-from luxloop.tracker.tracking.vehicle_size import GROWTH, SETTLED_GROWTH, known, long, remember, too_large
+from luxloop.tracker.records import MODELS, Status
+from luxloop.tracker.tracking.track_table import empty
+from luxloop.tracker.tracking.vehicle_size import GROWTH, SETTLED_GROWTH, known, remember
 from luxloop.tracker.vehicle_classes import FACE_MIN_M
 
 WHOLE, CUT = (True, True), (False, False)
@@ -41,12 +44,17 @@ def test_a_single_outlier_has_little_effect_after_many_whole_views():
 
 def test_sizes_above_a_car():
     sizes = [(4.8, 1.9), (1.9, 4.8), (2.5, 3.0), (6.5, 0.1), (0.1, 6.5)]
-    assert [long(np.array(size)) for size in sizes] == [False, False, False, True, True]
+    tracks = empty(MODELS, rows=len(sizes))
+    tracks.seen_size[:] = sizes
+    assert tracks.long.tolist() == [False, False, False, True, True]
 
 
-def test_a_width_of_four_metres_is_too_large():
-    assert too_large(np.array([12.0, 4.0]))
-    assert not too_large(np.array([16.5, 2.6]))
+@pytest.mark.parametrize(("size", "status"), [((12.0, 4.0), Status.DEAD), ((16.5, 2.6), Status.TENTATIVE)])
+def test_a_width_of_four_metres_is_too_large(size, status):
+    track = start((30.0, 0.0, 0.0))
+    track.table.seen_size[0] = size
+    track.settle()
+    assert track.status is status
 
 
 def test_a_side_is_known_after_most_of_it_was_seen():

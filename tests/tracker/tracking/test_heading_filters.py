@@ -3,19 +3,45 @@
 import numpy as np
 import pytest
 
+from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracking import heading as heading_module
 from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.heading import (
     HEADING_RESTART_S,
-    AdaptiveHeading,
-    PaperHeading,
-    TurnFilter,
+    Turn,
+    corrected,
+    heading_filter,
     near,
+    predicted,
+    write,
     yaw_rate_std,
 )
+from luxloop.tracker.tracking.orientation import Course
+from luxloop.tracker.tracking.track_table import empty
 
 CONFIG = FilterConfig()
 STD = 0.02
+
+
+class OneHeading:
+    """A table of one track, with its heading filter."""
+
+    def __init__(self, heading, variance, method="adaptive"):
+        self._filter, self.table = heading_filter(FilterConfig(heading=method)), empty(MODELS, rows=1)
+        write(self.table.yaw, self.table.yaw_covariance, 0, Turn.start(heading, variance, 0.0))
+
+    def predict(self, motion, speed_mps, turning):
+        self._filter.predict(self.table, motion, np.array([speed_mps]), np.array([turning]))
+
+    def observe(self, heading, variance):
+        self._filter.observe(self.table, 0, heading, variance)
+
+    def support(self, direction, variance, dt=0.08):
+        self._filter.support(self.table, 0, Course(direction, variance), dt)
+
+    @property
+    def state(self):
+        return self.table.yaw[0], self.table.yaw_covariance[0]
 
 
 def follow(found, headings, speed_mps=8.0, dt=0.08, turning=True):
@@ -29,23 +55,23 @@ def follow(found, headings, speed_mps=8.0, dt=0.08, turning=True):
 
 
 def adaptive(heading=0.0):
-    return AdaptiveHeading(heading, STD**2)
+    return OneHeading(heading, STD**2)
 
 
 @pytest.mark.parametrize("dt", [0.02, 0.08, 0.25])
 def test_the_prior_of_the_yaw_rate_does_not_depend_on_the_rate_of_scans(dt):
     """After many correlation times it is that of curvature times speed, here 0.1 / m x 4 m/s."""
-    found = TurnFilter(0.0, 0.0, 0.0)
+    found = Turn.start(0.0, 0.0, 0.0)
     for _ in range(round(10.0 / dt)):
-        found.predict(dt, 4.0)
+        found = predicted(found, dt, 4.0)
     assert found.variance[2] == pytest.approx(0.4**2, rel=1e-3)
 
 
 def test_the_noise_of_a_step_is_that_of_many_small_ones():
-    one, many = (TurnFilter(0.1, STD**2, 0.5) for _ in range(2))
-    one.predict(0.25, 6.0)
+    many = Turn.start(0.1, STD**2, 0.5)
+    one = predicted(many, 0.25, 6.0)
     for _ in range(1000):
-        many.predict(0.00025, 6.0)
+        many = predicted(many, 0.00025, 6.0)
     assert (one.heading, one.yaw_rate) == pytest.approx((many.heading, many.yaw_rate), rel=1e-9)
     assert one.variance == pytest.approx(many.variance, rel=1e-6)
 
@@ -58,10 +84,9 @@ def test_slow_vehicles_are_limited_by_their_steering_and_fast_ones_by_their_grip
 def test_an_update_without_outliers_is_that_of_a_kalman_filter(monkeypatch):
     """The share of outliers is negligible; the gain is computed by hand from the covariance before it."""
     monkeypatch.setattr(heading_module, "HEADING_OUTLIER_SHARE", 1e-6)
-    found = TurnFilter(0.0, STD**2, 0.0)
-    found.predict(0.08, 8.0)
-    p, c, r = found.variance
-    outlier = found.observe(0.01, STD**2)
+    before = predicted(Turn.start(0.0, STD**2, 0.0), 0.08, 8.0)
+    p, c, r = before.variance
+    found, outlier = corrected(before, 0.01, STD**2)
     gain = p / (p + STD**2)
     assert outlier < 1e-5
     assert found.heading == pytest.approx(0.01 * gain, rel=1e-4)
@@ -70,9 +95,9 @@ def test_an_update_without_outliers_is_that_of_a_kalman_filter(monkeypatch):
 
 
 def test_a_measurement_in_doubt_adds_to_the_variance():
-    sure, doubtful = (TurnFilter(0.0, STD**2, 0.0) for _ in range(2))
-    sure.observe(0.0, STD**2)
-    probability = doubtful.observe(0.11, STD**2)
+    first = Turn.start(0.0, STD**2, 0.0)
+    sure, _ = corrected(first, 0.0, STD**2)
+    doubtful, probability = corrected(first, 0.11, STD**2)
     assert 0.1 < probability < 0.9
     assert doubtful.variance[0] > 2 * sure.variance[0]
 
@@ -128,7 +153,7 @@ def test_motion_does_not_hold_a_turn_back():
 
 
 def test_the_papers_filter_forgets_the_yaw_rate_of_a_vehicle_that_does_not_turn():
-    found = PaperHeading(0.0, STD**2)
+    found = OneHeading(0.0, STD**2, "paper")
     follow(found, 0.02 * np.arange(1, 30))
     assert found.state[0][1] > 0.1
     found.predict(motion(0.08, CONFIG), 8.0, False)

@@ -4,14 +4,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.one_track import DT, flow_of, follow, start, straight
+from support.one_track import DT, flow_of, follow, joined, start, straight
 
 from luxloop.tracker.records import Status
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.tracking.existence import CLUTTER_PER_M2, ExistenceConfig, existence, same_vehicle
-from luxloop.tracker.tracking.filters import FilterConfig, motion
-from luxloop.tracker.tracking.memory import predicted_places, terminate_lost
-from luxloop.tracker.tracking.track_arrays import boxes
+from luxloop.tracker.tracking.corner import corner_covariance
+from luxloop.tracker.tracking.existence import (
+    CLUTTER_PER_M2,
+    ExistenceConfig,
+    existence,
+    predicted_places,
+    same_vehicle,
+    terminate_lost,
+)
 
 MEMORY = ExistenceConfig()
 HALF_S = MEMORY.course_s * np.log(2.0)
@@ -37,7 +42,7 @@ def coasting(seconds, pose=(20.0, 0.0, 0.0)):
 
 def wait(track, seconds):
     for _ in range(round(seconds / DT)):
-        track.predict(motion(DT, FilterConfig()))
+        track.predict()
         track.settle()
 
 
@@ -70,38 +75,40 @@ def test_a_box_is_the_hidden_vehicle_with_even_odds_at_the_density_of_clutter():
 def test_predicted_places_have_the_spread_of_the_prediction_and_the_length_of_the_vehicle():
     """Five equally likely parts of a normal distribution have a variance of 0.77."""
     track = coasting(2.0, (20.0, 5.0, 0.7))
-    places = predicted_places([track], track.covariance[None])[0]
-    center, heading, size = boxes([track])
+    covariance = corner_covariance(track.table, 0)
+    center, heading, size = track.table.boxes(track.table.size)
+    places = predicted_places(center, heading, size[:, 0].copy(), covariance[None])[0]
     assert places.mean(axis=(0, 1)) == pytest.approx(center[0])
-    assert np.cov(places[:, 1].T, bias=True) == pytest.approx(0.767 * track.covariance, rel=0.01)
+    assert np.cov(places[:, 1].T, bias=True) == pytest.approx(0.767 * covariance, rel=0.01)
     ends = places[0, -1] - places[0, 0]
     assert ends == pytest.approx(0.7 * size[0, 0] * np.array([np.cos(heading[0]), np.sin(heading[0])]))
 
 
 def test_a_vehicle_is_lost_where_beams_pass_all_of_its_places():
     track = coasting(1.0)
-    terminate_lost([track], scan(arc(40.0)), MEMORY)
+    terminate_lost(track.table, scan(arc(40.0)), MEMORY)
     assert track.status is Status.DEAD
 
 
 @pytest.mark.parametrize("returns", [arc(10.0), arc(10.0, -40.0, 40.0), np.zeros((0, 3))], ids=["wall", "truck", "sky"])
 def test_a_vehicle_behind_something_and_one_without_returns_are_remembered(returns):
     track = coasting(5.0)
-    terminate_lost([track], scan(returns), MEMORY)
+    terminate_lost(track.table, scan(returns), MEMORY)
     assert track.status is Status.COASTING
 
 
 def test_a_vehicle_whose_place_is_too_vague_is_lost():
     track = coasting(1.0)
-    sharp = ExistenceConfig(std_max_m=0.5 * np.sqrt(np.trace(track.covariance) / 2.0))
-    terminate_lost([track], scan(arc(10.0)), sharp)
+    sharp = ExistenceConfig(std_max_m=0.5 * np.sqrt(np.trace(corner_covariance(track.table, 0)) / 2.0))
+    terminate_lost(track.table, scan(arc(10.0)), sharp)
     assert track.status is Status.DEAD
 
 
 def test_tracks_that_are_seen_or_tentative_are_not_judged():
     seen, tentative = coasting(0.0), start((20.0, 0.0, 0.0))
-    terminate_lost([seen, tentative], scan(arc(40.0)), MEMORY)
-    assert [seen.status, tentative.status] == [Status.CONFIRMED, Status.TENTATIVE]
+    both = joined([seen, tentative])
+    terminate_lost(both, scan(arc(40.0)), MEMORY)
+    assert both.status.tolist() == [Status.CONFIRMED, Status.TENTATIVE]
 
 
 def test_the_ego_pose_places_the_returns():
@@ -109,9 +116,9 @@ def test_the_ego_pose_places_the_returns():
     track = coasting(1.0, (100.0 + 20.0 * np.cos(2.0), 20.0 * np.sin(2.0), 2.0))
     behind = Scan.from_points(0.0, arc(40.0, -30.0, 30.0), (100.0, 0.0, 2.0))
     beside = Scan.from_points(0.0, arc(40.0, 90.0, 150.0), (100.0, 0.0, 2.0))
-    terminate_lost([track], beside, MEMORY)
+    terminate_lost(track.table, beside, MEMORY)
     assert track.status is Status.COASTING
-    terminate_lost([track], behind, MEMORY)
+    terminate_lost(track.table, behind, MEMORY)
     assert track.status is Status.DEAD
 
 

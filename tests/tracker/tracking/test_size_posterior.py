@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from luxloop.tracker.records import MODELS
+from luxloop.tracker.tracking.track_table import empty
 from luxloop.tracker.tracking.vehicle_size import (
     HIDDEN_STD_M,
     LOG_ODDS_MAX,
@@ -13,12 +15,15 @@ from luxloop.tracker.tracking.vehicle_size import (
     SIZE_STD_SHARE,
     WHOLE_SHARE,
     ExtentConfig,
-    SizeEstimator,
     add_view,
     average_pieces,
+    extend_size,
+    first_view,
     likely,
+    observe_size,
     posterior,
     side_of_greatest_overlap,
+    swap_sides,
 )
 from luxloop.tracker.vehicle_classes import GRID_M, SIZE_CLASSES, side_probabilities
 
@@ -26,10 +31,51 @@ CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)
 
 
+class OneSize:
+    """The size of a table of one track."""
+
+    def __init__(self, size, whole, config=CONFIG):
+        self._config, self._table = config, empty(MODELS, rows=1)
+        table = self._table
+        columns = table.size_likelihood, table.piece_likelihood, table.size_views, table.size, table.size_std
+        for column, value in zip(columns, first_view(np.asarray(size, dtype=float), whole, config), strict=True):
+            column[0] = value
+        table.seen_size[0] = size
+
+    def observe(self, size, whole):
+        observe_size(self._table, 0, np.asarray(size, dtype=float), whole, self._config)
+
+    def extend(self, seen):
+        extend_size(self._table, 0, seen, self._config)
+
+    def swap(self):
+        swap_sides(self._table, 0)
+
+    @property
+    def size(self):
+        return self._table.size[0]
+
+    @property
+    def std(self):
+        return self._table.size_std[0]
+
+    @property
+    def seen(self):
+        return self._table.seen_size[0]
+
+    @property
+    def known(self):
+        return self._table.known_size[0]
+
+    @property
+    def whole_views(self):
+        return self._table.whole_views[0]
+
+
 def size_after(*views):
     """Estimated size after views ((length, width), mask of whole sides)."""
     first, *others = [(np.array(extents, dtype=float), np.array(whole)) for extents, whole in views]
-    estimator = SizeEstimator(*first, CONFIG)
+    estimator = OneSize(*first)
     for view in others:
         estimator.observe(*view)
     return estimator.size
@@ -38,10 +84,10 @@ def size_after(*views):
 def test_a_view_of_a_whole_side_has_the_likelihood_of_its_mixture():
     log_likelihood = np.zeros((2, len(GRID_M)))
     weight, none = np.array([1.0, 0.0]), np.zeros(2)
-    add_view(log_likelihood, np.array([4.0, 1.6]), np.array(WHOLE), weight, none, np.array([0.3, 0.1]), 0.2, 0.05)
+    add_view(log_likelihood, np.array([4.0, 1.6]), np.array(WHOLE), weight, none, np.array([0.3, 0.1]))
     seen = stats.norm(GRID_M - 0.3, np.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * GRID_M)).pdf(4.0)
     piece = stats.uniform(0.0, GRID_M).pdf(4.0 - MARGIN_M * (GRID_M < 4.0))
-    expected = np.log(0.8 * seen + 0.2 * np.where(GRID_M > 4.0 - MARGIN_M, piece, 0.0) + 0.05 / GRID_M[-1])
+    expected = np.log(0.7 * seen + 0.3 * np.where(GRID_M > 4.0 - MARGIN_M, piece, 0.0) + 0.05 / GRID_M[-1])
     expected = np.maximum(expected - expected.max(), -LOG_ODDS_MAX)
     assert log_likelihood[0] == pytest.approx(expected, abs=1e-9)
     assert not log_likelihood[1].any(), "a side without weight is not visible"
@@ -51,7 +97,7 @@ def test_truncated_views_are_averaged():
     """A hundred views of a vehicle that stands still have the evidence of one, with the likelihood of its mixture."""
     mean, hidden = np.zeros((2, len(GRID_M))), np.array([0.3, 0.1])
     for count in range(1, 101):
-        average_pieces(mean, np.array([4.0, 1.6]), np.array([1.0 / count, 0.0]), hidden, 0.05)
+        average_pieces(mean, np.array([4.0, 1.6]), np.array([1.0 / count, 0.0]), hidden)
     seen = stats.norm(GRID_M - 0.3, np.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * GRID_M)).pdf(4.0)
     piece = (GRID_M > 4.0 - MARGIN_M) / GRID_M
     expected = np.log((1.0 - WHOLE_SHARE) * piece + WHOLE_SHARE * seen + 0.05 / GRID_M[-1])
@@ -123,7 +169,7 @@ def test_a_seen_side_keeps_its_length_while_it_faces_away():
 
 
 def test_pieces_of_one_vehicle_have_its_length():
-    estimator = SizeEstimator(np.array([4.0, 2.3]), np.array(WHOLE), CONFIG)
+    estimator = OneSize(np.array([4.0, 2.3]), np.array(WHOLE))
     for _ in range(20):
         estimator.observe(np.array([4.0, 2.3]), np.array(WHOLE))
     estimator.extend(np.array([14.0, 2.4]))
@@ -133,10 +179,10 @@ def test_pieces_of_one_vehicle_have_its_length():
 
 def test_a_quarter_turn_renames_the_sides():
     views = [((1.7, 4.3), WHOLE)] * 5
-    estimator = SizeEstimator(np.array(views[0][0]), np.array(WHOLE), CONFIG)
+    estimator = OneSize(np.array(views[0][0]), np.array(WHOLE))
     for extents, whole in views[1:]:
         estimator.observe(np.array(extents), np.array(whole))
-    estimator.turn(1)
+    estimator.swap()
     assert estimator.size == pytest.approx(size_after(*[((4.3, 1.7), WHOLE)] * 5), abs=0.12)  # hidden parts differ
     assert estimator.seen == pytest.approx([4.3, 1.7])
 
@@ -154,11 +200,11 @@ def test_a_quarter_turn_renames_the_sides():
 def test_a_quarter_turn_renames_all_that_is_known_of_the_sides(sides):
     """Later views have the same effect as if the first ones had had the names of the sides from the start."""
     equal = replace(CONFIG, hidden_length_m=0.2, hidden_width_m=0.2)
-    renamed, named = (SizeEstimator(*map(np.array, view), equal) for view in (turned(sides[0]), sides[0]))
+    renamed, named = (OneSize(*map(np.array, view), equal) for view in (turned(sides[0]), sides[0]))
     for view in sides[1:]:
         renamed.observe(*map(np.array, turned(view)))
         named.observe(*map(np.array, view))
-    renamed.turn(1)
+    renamed.swap()
     for view in [((4.6, 1.9), WHOLE), ((4.0, 1.5), CUT), ((4.4, 1.8), WHOLE)]:
         for of in ("seen", "whole_views", "size", "std", "known"):
             assert getattr(renamed, of) == pytest.approx(getattr(named, of), abs=1e-9), of

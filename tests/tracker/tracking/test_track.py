@@ -4,11 +4,14 @@ from support.one_track import CAR, DT, flow_of, follow, start, straight
 from support.seen import observe_boxes
 
 from luxloop.tracker.records import MODELS, Status
+from luxloop.tracker.tracking.corner import corner_covariance
 from luxloop.tracker.tracking.existence import ExistenceConfig
 from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
 from luxloop.tracker.tracking.heading import HEADING_REJECTIONS_MAX
 from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.model_selection import model_selection
 from luxloop.tracker.tracking.output import report
+from luxloop.tracker.tracking.track_table import empty
 
 SEEN_STD_M = float(np.sqrt(observe_boxes((20.0, 3.5, 0.0), CAR).covariance[0, 0, 0]))
 """Standard deviation of the corner of every box along x and y [m]."""
@@ -19,10 +22,10 @@ def test_a_passing_car_does_not_jump_when_its_nearest_corner_changes():
     first = (-20.0, 3.5, 0.0)
     track = start(first)
     poses = straight(first, 10.0, 60)
-    first_corner = tuple(track.corner.sign)
+    first_corner = tuple(track.table.corner_sign[0])
     centers = follow(track, poses)
     assert first_corner == (1, -1)
-    assert tuple(track.corner.sign) == (-1, -1)
+    assert tuple(track.table.corner_sign[0]) == (-1, -1)
     assert np.abs(centers - poses[:, :2])[10:].max() < 0.03
 
 
@@ -42,7 +45,7 @@ def test_a_vehicle_that_moved_keeps_its_heading_while_stationary():
     follow(track, straight((20.0, 3.5, np.pi), 8.0, 15))
     x = 20.0 - 8.0 * DT * 15
     follow(track, [(x, 3.5, np.pi)] * 20)
-    track._size.seen = np.array([2.0, 0.5])
+    track.table.seen_size[0] = np.array([2.0, 0.5])
     follow(track, [(x, 3.5, np.pi)] * 3)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.02)
 
@@ -59,7 +62,7 @@ def test_status_from_tentative_to_dead():
     assert track.status is Status.CONFIRMED
     waited = 0
     while track.status is not Status.DEAD:
-        track.predict(motion(DT, FilterConfig()))
+        track.predict()
         track.settle()
         waited += 1
         assert waited * DT < 20.0
@@ -70,7 +73,7 @@ def test_status_from_tentative_to_dead():
 def test_a_tentative_track_is_terminated_early():
     track = start((15.0, 2.0, 0.0))
     for _ in range(3):
-        track.predict(motion(DT, FilterConfig()))
+        track.predict()
         track.settle()
     assert track.status is Status.DEAD
 
@@ -90,7 +93,7 @@ def test_the_model_that_fits_the_motion_is_selected(motion, model):
     chosen = []
     for pose in poses:
         follow(track, [pose], rng)
-        chosen.append(track.corner.model)
+        chosen.append(track.table.model[0])
     assert np.mean(np.array(chosen[20:]) == model) > 0.6
 
 
@@ -105,9 +108,9 @@ def test_a_heading_outlier_is_rejected_until_it_persists():
 
 
 def test_the_record_of_no_tracks_has_valid_shapes():
-    empty = report([])
-    assert (len(empty), empty.mean.shape, empty.model_probability.shape) == (0, (0, 8), (0, len(MODELS)))
-    assert empty.center_odom.shape == (0, 2)
+    none = report(empty(MODELS), model_selection(MmaConfig()))
+    assert (len(none), none.mean.shape, none.model_probability.shape) == (0, (0, 8), (0, len(MODELS)))
+    assert none.center_odom.shape == (0, 2)
 
 
 def test_the_rear_of_a_stationary_car_that_comes_into_view_does_not_turn_it():
@@ -123,14 +126,14 @@ def test_the_rear_of_a_stationary_car_that_comes_into_view_does_not_turn_it():
 def test_every_method_reports_a_consistent_record(method):
     track = start((20.0, 3.5, 0.0), mma=MmaConfig(method=method))
     follow(track, straight((20.0, 3.5, 0.0), 8.0, 25), np.random.default_rng(1))
-    record = report([track])
+    record = track.record
     assert record.mean[0, 2] == pytest.approx(8.0, abs=0.5)
     assert record.model[0] == np.argmax(record.model_probability[0]) == MODELS.index("cv")
     assert np.linalg.eigvalsh(record.covariance[0]).min() > 0
-    assert np.linalg.eigvalsh(record.model_covariance_odom[0] - track.offset_covariance).min() > 0
+    assert np.linalg.eigvalsh(record.model_covariance_odom[0] - track.table.corner_error[0]).min() > 0
     assert (record.model_nis[0] > 0).all()
-    track.predict(motion(DT, FilterConfig()))
-    assert np.isnan(report([track]).model_nis).all()
+    track.predict()
+    assert np.isnan(track.record.model_nis).all()
 
 
 def test_independent_models_are_not_affected_by_mixing():
@@ -139,14 +142,14 @@ def test_independent_models_are_not_affected_by_mixing():
     speed, x = 12.0, 20.0
     for _ in range(40):
         x, speed = x + speed * DT, speed - 3.0 * DT
-        before = track.corner.independent.filters.mean.copy(), track.corner.independent.filters.covariance.copy()
+        before = track.table.independent_mean[0].copy(), track.table.independent_covariance[0].copy()
         follow(track, [(x, 3.5, 0.0)])
         twin = Filters(*before)
         twin.predict(motion(DT, FilterConfig()).models)
         seen = observe_boxes((x, 3.5, 0.0), CAR)
         twin.correct(seen.corner[0] - twin.mean[:, :2], seen.covariance[0, :2, :2])
-    assert track.corner.independent.filters.mean == pytest.approx(twin.mean, abs=0.02)
-    assert track.corner.independent.filters.mean[1, 0] - track.corner.position[0] > 0.05
+    assert track.table.independent_mean[0] == pytest.approx(twin.mean, abs=0.02)
+    assert track.table.independent_mean[0][1, 0] - track.position[0] > 0.05
 
 
 def test_nees_is_chi_square_for_a_time_correlated_error():
@@ -158,7 +161,7 @@ def test_nees_is_chi_square_for_a_time_correlated_error():
         for pose in straight((20.0, 3.5, 0.0), 6.0, 25):
             noise = np.append(constant + rng.normal(0, SEEN_STD_M, 2), 0.0)
             follow(track, [pose + noise])
-        corner = pose[:2] + 0.5 * track.corner.sign * CAR
-        off = track.corner.position - corner
-        nees.append(off @ np.linalg.solve(track.covariance, off))
+        corner = pose[:2] + 0.5 * track.table.corner_sign[0] * CAR
+        off = track.position - corner
+        nees.append(off @ np.linalg.solve(corner_covariance(track.table, 0), off))
     assert np.mean(nees) == pytest.approx(2.0, abs=0.7)  # of a chi-square with 2 degrees: mean 2, std of the mean 0.26

@@ -7,17 +7,17 @@ import pytest
 from support import naive_filters, naive_hypotheses, naive_sizes
 from support.one_track import DT
 
+from luxloop.tracker import vehicle_classes
 from luxloop.tracker.geometry import rotated_covariance, variance_along
 from luxloop.tracker.kernels import odometry
 from luxloop.tracker.records import MODEL_NAMES, MODELS, PREDICTION_S
-from luxloop.tracker.tracking import corner_error, output, traffic_flow, vehicle_classes, vehicle_size
+from luxloop.tracker.tracking import corner, mma, output, traffic_flow, vehicle_size
 from luxloop.tracker.tracking import filters as filters_module
 from luxloop.tracker.tracking.association import AssociationConfig, score
+from luxloop.tracker.tracking.existence import ALONG, QUANTILES, predicted_places
 from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
-from luxloop.tracker.tracking.kernels import filter_banks, multiple_models
-from luxloop.tracker.tracking.kernels.places import ALONG, QUANTILES, predicted_places
-from luxloop.tracker.tracking.mma import MmaConfig, changes, mix, transitions, update
+from luxloop.tracker.tracking.mma import MmaConfig, changes
 from luxloop.tracker.tracking.observations import Observations
 from luxloop.tracker.vehicle_classes import GRID_M
 
@@ -101,24 +101,26 @@ def test_changes_of_the_mode_equal_the_reference(rng, models):
     filters, config = random_banks(rng)[0], MmaConfig()
     few = Filters(filters.mean[:, : len(models)].copy(), filters.covariance[:, : len(models)].copy())
     expected = naive_filters.transitions(few, DT, config, models)
-    np.testing.assert_allclose(transitions(few, DT, config, models), expected, rtol=1e-9, atol=1e-15)
+    found = mma.transitions(few.mean, few.covariance, changes(DT, config, models))
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)
 
 
 def test_mixing_and_model_probabilities_equal_the_reference(rng):
     (filters, probability), evidence = random_banks(rng), rng.normal(0.0, 20.0, (TRACKS, 3))
     chain = naive_filters.transitions(filters, DT, MmaConfig())
-    found, expected = mix(filters, probability, chain), naive_filters.mix(filters, probability, chain)
-    np.testing.assert_allclose(found[0].mean, expected[0].mean, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(found[0].covariance, expected[0].covariance, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(found[1], expected[1], rtol=1e-12)
+    mean, covariance, prior = mma.mix(filters.mean, filters.covariance, probability, chain)
+    expected = naive_filters.mix(filters, probability, chain)
+    np.testing.assert_allclose(mean, expected[0].mean, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(covariance, expected[0].covariance, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(prior, expected[1], rtol=1e-12)
     np.testing.assert_allclose(
-        update(probability, evidence, 0.02), naive_filters.update(probability, evidence, 0.02), rtol=1e-12
+        mma.update(probability, evidence, 0.02), naive_filters.update(probability, evidence, 0.02), rtol=1e-12
     )
 
 
 def test_scores_equal_the_reference(rng):
     filters, residual, noise = random_banks(rng)[0], rng.normal(size=(TRACKS, 3, 2)), covariances(rng, TRACKS, 2, 2)
-    found = multiple_models.score(filters.covariance, residual, noise, TAIL_DOF)
+    found = mma.score(filters.covariance, residual, noise, TAIL_DOF)
     for one, other in zip(found, naive_filters.score(filters, residual, noise, TAIL_DOF), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9)
 
@@ -127,7 +129,7 @@ def test_banks_move_on_by_mixing_and_prediction(rng):
     (filters, probability), step = random_banks(rng), motion(DT, FilterConfig())
     states = filters.mean, filters.covariance, probability
     steps = step.models.transition, step.models.noise
-    found = filter_banks.predict(*states, *steps, changes(DT, MmaConfig(), MODELS))
+    found = mma.predict_banks(*states, *steps, changes(DT, MmaConfig(), MODELS))
     mixed, prior = naive_filters.mix(filters, probability, naive_filters.transitions(filters, DT, MmaConfig()))
     expected = *naive_filters.predict(mixed.mean, mixed.covariance, *steps), prior
     for one, other in zip(found, expected, strict=True):
@@ -137,15 +139,13 @@ def test_banks_move_on_by_mixing_and_prediction(rng):
 def test_banks_are_updated_by_score_and_correction(rng):
     filters, probability = random_banks(rng)
     residual, noise = rng.normal(size=(TRACKS, 3, 2)), covariances(rng, TRACKS, 2, 2)
-    released, before = covariances(rng, TRACKS, 2, 2), filters.covariance.copy()
+    before = filters.covariance.copy()
     states = filters.mean, filters.covariance, probability
-    found = filter_banks.observe(*states, residual, noise, released, TAIL_DOF, FLOOR)
+    found = mma.correct_banks(*states, residual, noise, TAIL_DOF, FLOOR)
     np.testing.assert_array_equal(filters.covariance, before)
-    wide = Filters(filters.mean, before.copy())
-    wide.covariance[..., :2, :2] += released[:, None]
-    evidence, scale = naive_filters.score(wide, residual, noise, TAIL_DOF)
+    evidence, scale = naive_filters.score(filters, residual, noise, TAIL_DOF)
     used = scale[:, None, None] * noise
-    corrected = naive_filters.correct(wide.mean, wide.covariance, residual, used[:, None])
+    corrected = naive_filters.correct(filters.mean, filters.covariance, residual, used[:, None])
     expected = *corrected, naive_filters.update(probability, evidence, FLOOR), used
     for one, other in zip(found, expected, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
@@ -153,14 +153,12 @@ def test_banks_are_updated_by_score_and_correction(rng):
 
 def test_independent_filters_are_corrected_by_the_measured_corner(rng):
     filters, measured = random_banks(rng)[0], rng.normal(size=(TRACKS, 2))
-    noise, released = covariances(rng, TRACKS, 2, 2), covariances(rng, TRACKS, 2, 2)
-    *found, nis = filter_banks.observe_independent(filters.mean, filters.covariance, measured, noise, released)
-    wide, residual = filters.covariance.copy(), measured[:, None] - filters.mean[..., :2]
-    wide[..., :2, :2] += released[:, None]
-    innovation = wide[..., :2, :2] + noise[:, None]
+    noise, residual = covariances(rng, TRACKS, 2, 2), measured[:, None] - filters.mean[..., :2]
+    *found, nis = mma.correct_independent(filters.mean, filters.covariance, measured, noise)
+    innovation = filters.covariance[..., :2, :2] + noise[:, None]
     expected = np.einsum("tmi,tmij,tmj->tm", residual, np.linalg.inv(innovation), residual)
     np.testing.assert_allclose(nis, expected, rtol=1e-9)
-    corrected = naive_filters.correct(filters.mean, wide, residual, noise[:, None])
+    corrected = naive_filters.correct(filters.mean, filters.covariance, residual, noise[:, None])
     for one, other in zip(found, corrected, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
 
@@ -205,12 +203,10 @@ def test_corner_errors_are_rotated_variances(rng):
     def rotated(variances):
         return [rotated_covariance(one, angle) for one, angle in zip(variances, heading.tolist(), strict=True)]
 
-    np.testing.assert_allclose(corner_error.rotated(variance, heading), rotated(variance), atol=1e-14)
+    np.testing.assert_allclose(corner.rotated(variance, heading), rotated(variance), atol=1e-14)
     removed = np.where(exact, np.maximum(variance - along, 0.0), 0.0)
-    np.testing.assert_allclose(
-        corner_error.released(variance, exact, covariance, heading), rotated(removed), atol=1e-14
-    )
-    observed = corner_error.observe(variance, exact, covariance, heading, 0.3)
+    np.testing.assert_allclose(corner.released(variance, exact, covariance, heading), rotated(removed), atol=1e-14)
+    observed = corner.observe(variance, exact, covariance, heading, 0.3)
     np.testing.assert_allclose(observed, np.where(exact, along, np.maximum(variance, 0.3)), atol=1e-14)
 
 

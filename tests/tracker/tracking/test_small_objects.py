@@ -4,11 +4,15 @@ import numpy as np
 import pytest
 
 from luxloop.tracker.records import MODELS, SmallBoxes, Status
+from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.model_selection import model_selection
 from luxloop.tracker.tracking.output import report
 from luxloop.tracker.tracking.small_objects import FIRST_ID, SmallObjects
+from luxloop.tracker.tracking.track_table import empty
 
 DT = 0.08
 NOISE_M = 0.05
+NONE = empty(MODELS)
 
 
 def boxes(centers, size=(0.4, 0.3), heading=0.0):
@@ -28,8 +32,8 @@ def track(paths, frames=40, size=(0.4, 0.3), seed=1):
     for frame in range(frames):
         places = [path(frame * DT) for path in paths]
         seen = [np.array(place) + rng.normal(0.0, NOISE_M, 2) for place in places if place is not None]
-        objects.step(boxes(seen, size), [], DT if frame else 0.0)
-        out.append(objects.report([], report([], MODELS), np.zeros(2)))
+        objects.step(boxes(seen, size), NONE, DT if frame else 0.0)
+        out.append(objects.report(NONE, report(NONE, model_selection(MmaConfig())), np.zeros(2)))
     return out
 
 
@@ -95,8 +99,8 @@ def test_hidden_part_of_a_bicycle_lies_behind_its_visible_end():
     """The rear of a bicycle 10 m ahead is visible, 0.3 m of 1.7: its centre is 0.7 m further on."""
     objects = SmallObjects()
     for frame in range(60):
-        objects.step(boxes([(10.0 + 5.0 * frame * DT, 0.0)], (0.3, 0.6)), [], DT if frame else 0.0)
-    record = objects.report([], report([], MODELS), np.zeros(2))
+        objects.step(boxes([(10.0 + 5.0 * frame * DT, 0.0)], (0.3, 0.6)), NONE, DT if frame else 0.0)
+    record = objects.report(NONE, report(NONE, model_selection(MmaConfig())), np.zeros(2))
     assert record.mean[0, 0] == pytest.approx(10.0 + 5.0 * 59 * DT + 0.7, abs=0.1)
 
 
@@ -105,6 +109,6 @@ def test_box_is_moved_to_the_time_of_the_scan():
     objects = SmallObjects()
     for frame in range(60):
         late = boxes([(10.0 + 5.0 * (frame * DT - 0.04), 0.0)], (1.7, 0.6))
-        objects.step(SmallBoxes(late.segment, late.center, late.heading, late.size, np.array([-0.04])), [], DT)
-    record = objects.report([], report([], MODELS), np.zeros(2))
+        objects.step(SmallBoxes(late.segment, late.center, late.heading, late.size, np.array([-0.04])), NONE, DT)
+    record = objects.report(NONE, report(NONE, model_selection(MmaConfig())), np.zeros(2))
     assert record.mean[0, 0] == pytest.approx(10.0 + 5.0 * 59 * DT, abs=0.05)
