@@ -1,27 +1,22 @@
 """Evaluation of scenarios for a search; results are stored on disk, so that a restart repeats no run."""
 
-import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from luxloop.scenarios.errors import Interrupted, OutputError
+from luxloop.scenarios.errors import Interrupted
 from luxloop.scenarios.search.objective import fails
-from luxloop.scenarios.study import append_log
 from luxloop.scenarios.study.design import StudyRun
-from luxloop.scenarios.study.row_format import RunRow
+from luxloop.scenarios.study.row_store import RowStore, RowText, RunRow, as_row, as_text, schema_of
 from luxloop.scenarios.study.run_content import Contents
 from luxloop.scenarios.study.study_file import Search
 from luxloop.scenarios.study.worker import BROKEN, carry_out
 
 Json = dict[str, Any]
 
-EVALUATIONS = "answers.jsonl"
-"""Name of the log of evaluations."""
-
-Executor = Callable[[list[StudyRun]], Iterable[list[RunRow]]]
+Executor = Callable[[list[StudyRun]], Iterable[list[RowText]]]
 """Executes runs, and yields their rows in batches, as they complete."""
 
 
@@ -51,17 +46,12 @@ class Evaluator:
         Path that the scenarios' file would have: paths in the scenarios are relative to its folder.
     tracker
         MODULE:NAME of the device under test.
-    log
-        Append log of the evaluations, one JSON object per line; those of an earlier start are reused.
+    rows
+        Rows of the evaluated scenarios; those of an earlier start are reused.
     execute_runs
-        Executes runs, e.g. `dask_runs.rows_of` with a client; default: sequential execution in this process.
+        Executes runs on workers; default: sequential execution in this process.
     retry_errors
-        True to run again what ended with an error; the log keeps both, the later one counts.
-
-    Raises
-    ------
-    OutputError
-        The log cannot be read, or is not a log of evaluations.
+        True to run again what ended with an error.
     """
 
     def __init__(
@@ -69,20 +59,21 @@ class Evaluator:
         search: Search,
         path: Path,
         tracker: str,
-        log: Path,
+        rows: RowStore,
         execute_runs: Executor | None = None,
         *,
         retry_errors: bool = False,
     ) -> None:
         self.search, self.path, self.tracker = search, path, tracker
         self._contents = Contents(tracker)
-        self._log, self._execute_runs = log, execute_runs or _execute_sequentially
-        earlier = _read(log)
+        self._rows, self._execute_runs = rows, execute_runs or _execute_sequentially
+        self._asked: dict[str, None] = {}
+        earlier = {row["key"]: self._evaluation(row) for row in rows.rows()}
         self._evaluations = {key: one for key, one in earlier.items() if not (retry_errors and one.error)}
         self.retried = len(earlier) - len(self._evaluations)
         """Number of evaluations that ended with an error and are run again."""
         self.runs = 0
-        """Number of scenarios evaluated so far, including those known from the log."""
+        """Number of scenarios evaluated so far, including those of an earlier start."""
 
     @contextmanager
     def resumable(self) -> Iterator[None]:
@@ -91,8 +82,23 @@ class Evaluator:
             yield
         except KeyboardInterrupt as error:
             raise Interrupted(
-                f"interrupted; {self.known} evaluations are in {self._log}; run the same command to resume"
+                f"interrupted; {self.known} evaluations are in {self._rows.path}; run the same command to resume"
             ) from error
+
+    def write_table(self, own: Collection[str]) -> None:
+        """Write the rows of the evaluated scenarios to the Parquet file, in the order of their evaluation.
+
+        Parameters
+        ----------
+        own
+            Names of the metrics of the study file.
+
+        Raises
+        ------
+        OutputError
+            The file cannot be written.
+        """
+        self._rows.write_table(schema_of({}, own), list(self._asked))
 
     @property
     def known(self) -> int:
@@ -119,10 +125,11 @@ class Evaluator:
             for n, document in enumerate(documents, 1)
         ]
         self.runs += len(runs)
+        self._asked |= {run.key: None for run in runs}
         new = {run.key: run for run in runs if run.key not in self._evaluations}
         for rows in self._execute_runs(list(new.values())) if new else ():
-            for row in rows:
-                self._store(self._evaluation(row))
+            self._rows.add(rows)
+            self._evaluations |= {row[0]: self._evaluation(as_row(row)) for row in rows}
         return [self._evaluations[run.key] for run in runs]
 
     def fails(self, document: Json) -> bool:
@@ -133,31 +140,7 @@ class Evaluator:
         broken = row["status"] in BROKEN
         return Evaluation(row["key"], None if broken else row.get(self.search.metric), row["trace_hash"], row["error"])
 
-    def _store(self, evaluation: Evaluation) -> None:
-        self._evaluations[evaluation.key] = evaluation
-        try:
-            append_log.append(self._log, json.dumps(asdict(evaluation)) + "\n")
-        except OSError as error:
-            raise OutputError(
-                f"{self._log}: cannot write there ({error.strerror}); earlier evaluations are stored: "
-                "free some space and run the same command to resume"
-            ) from error
 
-
-def _execute_sequentially(runs: list[StudyRun]) -> Iterable[list[RunRow]]:
+def _execute_sequentially(runs: list[StudyRun]) -> Iterable[list[RowText]]:
     for run in runs:
-        yield [carry_out(run)]
-
-
-def _read(log: Path) -> dict[str, Evaluation]:
-    """Return the evaluations of a log by key; an incomplete last line is removed."""
-    try:
-        log.parent.mkdir(parents=True, exist_ok=True)
-        append_log.truncate_partial_line(log)
-        lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
-        evaluations = [Evaluation(**json.loads(line)) for line in lines]
-    except OSError as error:
-        raise OutputError(f"{log}: {error.strerror}; choose another folder with --out") from error
-    except (ValueError, TypeError) as error:
-        raise OutputError(f"{log}: not a log of a search; choose a new folder with --out") from error
-    return {evaluation.key: evaluation for evaluation in evaluations}
+        yield [as_text(carry_out(run))]

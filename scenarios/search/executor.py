@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 
 from luxloop.scenarios.search.evaluator import Executor
 
@@ -16,4 +15,4 @@ def executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
         from luxloop.scenarios.study import dask_runs  # imports dask, which is slow and optional
 
         with dask_runs.connect(workers, scheduler) as client:
-            yield partial(dask_runs.rows_of, client)
+            yield lambda runs: dask_runs.rows_of(client, runs, len(runs))
