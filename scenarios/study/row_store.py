@@ -48,6 +48,8 @@ ROWS_AT_ONCE = 2000
 """Rows that are held in memory while the Parquet file is written: 28 MB of text, and as much in columns."""
 PATIENCE_S = 60.0
 """[s] Longest wait for a program that reads the SQLite file."""
+UNREADABLE = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+"""Codes of a file that is damaged, or of another program."""
 LOCAL = frozenset({"bcachefs", "btrfs", "ext2", "ext3", "ext4", "f2fs", "jfs", "overlay", "tmpfs", "xfs", "zfs"})
 """File systems of one computer, on which a write-ahead log is safe: its index is shared memory."""
 
@@ -95,8 +97,7 @@ class RowStore:
 
     def __init__(self, folder: Path, database: sqlite3.Connection) -> None:
         self._folder, self._database = folder, database
-        with _as_output_error(folder):
-            self.keys: set[str] = {key for (key,) in database.execute("SELECT key FROM runs")}
+        self.keys: set[str] = {key for (key,) in self._selected("SELECT key FROM runs")}
         """Keys of the runs that have a row."""
 
     @classmethod
@@ -146,12 +147,12 @@ class RowStore:
 
     def facts(self) -> Iterator[RunRow]:
         """Yield the rows without their metrics, in the order in which they came in."""
-        for (facts,) in self._database.execute("SELECT facts FROM runs ORDER BY rowid"):
+        for (facts,) in self._selected("SELECT facts FROM runs ORDER BY rowid"):
             yield json.loads(facts)
 
     def rows(self) -> Iterator[RunRow]:
         """Yield the rows, in the order in which they came in."""
-        yield from map(as_row, self._database.execute("SELECT key, facts, metrics FROM runs ORDER BY rowid"))
+        yield from map(as_row, self._selected("SELECT key, facts, metrics FROM runs ORDER BY rowid"))
 
     def add(self, rows: Sequence[RowText]) -> None:
         """Store rows and flush them to disk; the last row of a run counts.
@@ -202,8 +203,12 @@ class RowStore:
     def _texts(self, keys: Sequence[str]) -> list[RowText]:
         """Return the rows of some keys in that order; those without a row are left out."""
         query = "SELECT key, facts, metrics FROM runs WHERE key IN (SELECT value FROM json_each(?))"
-        found = {row[0]: row for row in self._database.execute(query, [json.dumps(keys)])}
+        found = {row[0]: row for row in self._selected(query, json.dumps(keys))}
         return [found[key] for key in keys if key in found]
+
+    def _selected(self, query: str, *values: str) -> Iterator[Any]:
+        with _as_output_error(self._folder):
+            yield from self._database.execute(query, values)
 
 
 def journal_mode(folder: Path) -> str:
@@ -296,10 +301,10 @@ def _as_output_error(folder: Path) -> Iterator[None]:
     """Raise an OutputError for errors of the disk and of SQLite."""
     try:
         yield
-    except (OSError, sqlite3.OperationalError) as error:
+    except (OSError, sqlite3.DatabaseError) as error:
+        if getattr(error, "sqlite_errorcode", None) in UNREADABLE:
+            raise OutputError(f"{folder / ROWS}: cannot be read as rows ({error}); choose a new --out") from error
         reason = getattr(error, "strerror", None) or error
         raise OutputError(
             f"{folder}: cannot write there ({reason}); the disk may be full: free some space, or choose another --out"
         ) from error
-    except sqlite3.DatabaseError as error:
-        raise OutputError(f"{folder / ROWS}: cannot be read as rows ({error}); choose a new --out") from error

@@ -195,6 +195,26 @@ def test_a_file_that_is_not_sqlite_is_named_and_left_as_it_is(tmp_path: Path):
     assert (tmp_path / "runs.sqlite").read_bytes().startswith(b"something else")
 
 
+def test_a_table_of_another_program_is_refused(tmp_path: Path):
+    with sqlite3.connect(tmp_path / "runs.sqlite") as other:
+        other.execute("CREATE TABLE runs (key TEXT, name TEXT)")
+        other.execute("INSERT INTO runs VALUES ('a', 'b')")
+    other.close()
+    message = r"runs\.sqlite: cannot be read as rows \(no such column: facts\); choose a new --out"
+    with pytest.raises(OutputError, match=message), RowStore.opened(tmp_path):
+        pass
+
+
+def test_a_damaged_file_is_one_line(tmp_path: Path):
+    with RowStore.opened(tmp_path, PARAMETERS) as rows:
+        rows.add(texts(*(f"{i}" for i in range(500))))
+    content = (tmp_path / "runs.sqlite").read_bytes()
+    (tmp_path / "runs.sqlite").write_bytes(content[:8192] + b"\xff" * (len(content) - 8192))
+    message = r"runs\.sqlite: cannot be read as rows \(database disk image is malformed\); choose a new --out"
+    with pytest.raises(OutputError, match=message), RowStore.opened(tmp_path, PARAMETERS) as rows:
+        list(rows.rows())
+
+
 def test_a_folder_has_one_writer_at_a_time(tmp_path: Path):
     with RowStore.opened(tmp_path, PARAMETERS):
         refused = pytest.raises(OutputError, match="another command is writing to it")
