@@ -8,8 +8,7 @@ from luxloop.scenarios.execute import ExecutedRun, execute
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.run import device
 from luxloop.scenarios.search import finding_file, reductions
-from luxloop.scenarios.search.evaluator import Evaluator, Json
-from luxloop.scenarios.search.executor import executor
+from luxloop.scenarios.search.evaluator import Evaluator, Json, executor
 from luxloop.scenarios.search.optimise import Notify, optimise
 from luxloop.scenarios.search.shrink import shrink
 from luxloop.scenarios.study.design import source

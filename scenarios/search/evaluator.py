@@ -144,3 +144,15 @@ class Evaluator:
 def _execute_sequentially(runs: list[StudyRun]) -> Iterable[list[RowText]]:
     for run in runs:
         yield [as_text(carry_out(run))]
+
+
+@contextmanager
+def executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
+    """Yield a function that executes runs on workers; None for a single worker, which needs no other process."""
+    if workers == 1 and scheduler is None:
+        yield None
+    else:
+        from luxloop.scenarios.study import dask_runs  # imports dask, which is slow and optional
+
+        with dask_runs.connect(workers, scheduler) as client:
+            yield lambda runs: dask_runs.rows_of(client, runs, len(runs))

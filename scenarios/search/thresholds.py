@@ -9,8 +9,7 @@ from pathlib import Path
 
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.run import device, progress
-from luxloop.scenarios.search.evaluator import Evaluator, Json
-from luxloop.scenarios.search.executor import executor
+from luxloop.scenarios.search.evaluator import Evaluator, Json, executor
 from luxloop.scenarios.search.optimise import Notify
 from luxloop.scenarios.statistics.adaptive_curve import AdaptiveCurve, Threshold
 from luxloop.scenarios.study import design
