@@ -19,7 +19,7 @@ from luxloop.scenarios.grading.metric_names import METRICS
 from luxloop.scenarios.run import device
 from luxloop.scenarios.study import dask_runs, worker
 from luxloop.scenarios.study.design import StudyRun
-from luxloop.scenarios.study.row_format import RunRow
+from luxloop.scenarios.study.row_store import RunRow
 from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.sweep_runs import sweep
 
@@ -37,28 +37,22 @@ VALUES = dict.fromkeys(list(METRICS)[::5], 0.123456789)
 
 
 def rows() -> dict[str, dict[str, Any]]:
-    """Measure the client with a scheduler in another process, with the rows through it and as Parquet parts."""
+    """Measure the client with a scheduler in another process."""
     with TemporaryDirectory() as folder, _cluster(Path(folder)) as address:
-        _sweep_ms(Path(folder), address, FEW, parts=False)  # loads modules
-        return {
-            "sweep.client_cpu_ms": _row(_per_run_ms(Path(folder), address, parts=False)),
-            "sweep.client_cpu_ms_parts": _row(_per_run_ms(Path(folder), address, parts=True)),
-        }
+        _sweep_ms(Path(folder), address, FEW)  # loads modules
+        few_ms = _sweep_ms(Path(folder), address, FEW)
+        per_run_ms = (_sweep_ms(Path(folder), address, MANY) - few_ms) / (4 * (MANY - FEW))
+    return {"sweep.client_cpu_ms": {"value": per_run_ms, "unit": "ms", "peer": None, "ratio": None}}
 
 
-def _per_run_ms(folder: Path, address: str, *, parts: bool) -> float:
-    few_ms = _sweep_ms(folder, address, FEW, parts=parts)
-    return (_sweep_ms(folder, address, MANY, parts=parts) - few_ms) / (4 * (MANY - FEW))
-
-
-def _sweep_ms(folder: Path, address: str, seeds: int, *, parts: bool) -> float:
-    """Return the processor time [ms] of this process, including all its threads, during a sweep and its merge."""
+def _sweep_ms(folder: Path, address: str, seeds: int) -> float:
+    """Return the processor time [ms] of this process, including all its threads, during a sweep and its table."""
     with TemporaryDirectory(dir=folder) as out:
         path = Path(out) / "bench.toml"
         path.write_text(STUDY.format(seeds=seeds), encoding="utf-8")
-        study, url = Study.load(path), str(Path(out) / "parts") if parts else None
+        study = Study.load(path)
         begin = time.process_time()
-        done = sweep(study, device.SHIPPED, Path(out) / "out", 2, address, parts=url)
+        done = sweep(study, device.SHIPPED, Path(out) / "out", 2, address)
         used_ms = 1e3 * (time.process_time() - begin)
     assert len(done.rows) == done.count == 4 * seeds
     assert set(done.rows["status"]) == {"passed"}
@@ -104,7 +98,3 @@ def _address(file: Path) -> str:
         with suppress(FileNotFoundError, json.JSONDecodeError):
             return str(json.loads(file.read_text(encoding="utf-8"))["address"])
         time.sleep(0.05)
-
-
-def _row(milliseconds: float) -> dict[str, Any]:
-    return {"value": milliseconds, "unit": "ms", "peer": None, "ratio": None}

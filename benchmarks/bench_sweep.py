@@ -61,7 +61,7 @@ def _bare(batch: list[StudyRun]) -> float:
 def _swept(client: Client, batch: list[StudyRun]) -> float:
     """Return the time [s] of runs on workers."""
     begin = time.perf_counter()
-    for _ in dask_runs.rows_of(client, batch):
+    for _ in dask_runs.rows_of(client, batch, len(batch)):
         pass
     return time.perf_counter() - begin
 

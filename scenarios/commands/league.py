@@ -95,20 +95,22 @@ def _run(todo: "list[Drive]", workers: int, hide: bool) -> "list[Row]":
     from concurrent.futures.process import BrokenProcessPool
 
     from luxloop.scenarios.errors import InputError, Interrupted
+    from luxloop.scenarios.league.entrants import chosen
     from luxloop.scenarios.league.league_runs import carry_out
     from luxloop.scenarios.run.progress import hidden, runs
 
     rows: list[Row] = []
+    drives = {(drive.stem, drive.seed): number for number, drive in enumerate(todo)}
+    trackers = {each.name: number for number, each in enumerate(chosen(todo[0].trackers))}
     try:
-        with hidden(hide), runs("league", len(todo)) as finish:
-            for of_drive in carry_out(todo, min(workers, len(todo))):
-                rows += of_drive
+        with hidden(hide), runs("league", len(drives) * len(trackers)) as finish:
+            for row in carry_out(todo, workers):
+                rows.append(row)
                 finish(1)
     except KeyboardInterrupt as error:
-        kept = todo[0].out / "rows"
-        raise Interrupted(f"interrupted; finished runs are in {kept}, and the same command continues") from error
+        kept = f"{len(rows)} of {len(drives) * len(trackers)} rows are in {todo[0].out}"
+        raise Interrupted(f"interrupted; {kept}; run the same command to resume") from error
     except BrokenProcessPool as error:
         reason = "a worker process died: out of memory, or killed"
         raise InputError(f"{reason}; the same command continues, with fewer --workers if memory is short") from error
-    place = {(drive.stem, drive.seed): index for index, drive in enumerate(todo)}
-    return sorted(rows, key=lambda row: place[row["scenario"], row["seed"]])
+    return sorted(rows, key=lambda row: (drives[row["scenario"], row["seed"]], trackers[row["tracker"]]))

@@ -35,8 +35,7 @@ def sweep(
         str | None, typer.Option(metavar="URL", help="Folder or fsspec URL that receives every run's folder.")
     ] = None,
     parts: Annotated[
-        str | None,
-        typer.Option(metavar="URL", help="Folder or fsspec URL to which workers write the rows, as Parquet parts."),
+        str | None, typer.Option(metavar="URL", hidden=True, help="No longer needed, and ignored.")
     ] = None,
     seeds: Annotated[
         str | None, typer.Option(metavar="FIRST-LAST", help="Seeds instead of those of the study, e.g. 1-6.")
@@ -53,6 +52,7 @@ def sweep(
     """
     require("sweep", "sweeps")
     import json
+    import sys
 
     from luxloop.scenarios.report.figure_files import parse_formats
     from luxloop.scenarios.run.device import SHIPPED, absolute
@@ -65,10 +65,12 @@ def sweep(
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("sweeps") / path.stem
     loaded = Study.load(path) if seeds is None else Study.load(path).with_seeds(seeds)
+    if parts is not None:
+        print("luxloop: --parts is no longer needed: all rows are in runs.sqlite; leave it out", file=sys.stderr)
     if not (as_json or quiet):
         print(_announcement(loaded), flush=True)
     with hidden(quiet):
-        done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors, parts)
+        done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors)
     report(done, out, formats)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))
@@ -94,7 +96,7 @@ def _announcement(study: "Study") -> str:
 
 def document(done: "Sweep", out: Path) -> dict[str, Any]:
     """Return the JSON document of `--json`."""
-    from luxloop.scenarios.study.row_store import RUNS
+    from luxloop.scenarios.study.row_store import TABLE
     from luxloop.scenarios.study.study_page import REPORT
 
     return {
@@ -105,7 +107,7 @@ def document(done: "Sweep", out: Path) -> dict[str, Any]:
         "status": {str(name): int(count) for name, count in done.rows["status"].value_counts().sort_index().items()},
         "errors": sorted(set(done.rows.loc[done.rows["status"] == "error", "error"])),
         "out": str(out),
-        "rows": str(out / RUNS),
+        "rows": str(out / TABLE),
         "report": str(out / REPORT),
     }
 

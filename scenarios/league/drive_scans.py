@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from functools import cache
 from pathlib import Path
 
 from luxloop.scenarios.errors import OutputError
@@ -16,7 +17,7 @@ from luxloop.tracker.records import Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
 
-SCANS, ROWS = "scans", "rows"
+SCANS = "scans"
 CODE = ("sim", "sensor_model", "tracker", "scenarios/grading", "scenarios/league/trackers")
 """Folders of luxloop whose code determines a row."""
 
@@ -41,7 +42,7 @@ def record(drive: Drive) -> str:
 
 def scans_of(drive: Drive, code: str) -> RecordedRun:
     """Return the recorded scans; those of another duration or code are recorded again."""
-    folder, mark = drive.out / SCANS / drive.name, drive.out / ROWS / f"scans-{drive.name}.json"
+    folder, mark = drive.out / SCANS / drive.name, drive.out / SCANS / f"{drive.name}.json"
     made_by = {"code": code, "duration_max_s": drive.duration_max_s}
     try:
         if json.loads(mark.read_text(encoding="utf-8")) == made_by:
@@ -55,8 +56,12 @@ def scans_of(drive: Drive, code: str) -> RecordedRun:
 
 def code_digest(drive: Drive) -> str:
     """Return the digest of the code and of the scenario that determine the rows of a drive."""
-    code = source_code.of_folders(*CODE)
-    return hashlib.blake2b(f"{code} {drive.load().model_dump_json()}".encode(), digest_size=12).hexdigest()
+    return hashlib.blake2b(f"{_sources()} {drive.load().model_dump_json()}".encode(), digest_size=12).hexdigest()
+
+
+@cache
+def _sources() -> str:
+    return source_code.of_folders(*CODE)
 
 
 def scans_digest(folder: Path) -> str:

@@ -1,28 +1,29 @@
 """Runs of the league: scans of each scenario and seed are recorded once, and all trackers get them.
 
-Folders: `scans/SCENARIO-seedN` are recorded runs, `runs/TRACKER/SCENARIO-seedN` the graded ones, `rows/` a file per
-run, written when it has ended. A second start takes up rows whose scans, code and settings are the same.
+Folders: `scans/SCENARIO-seedN` are recorded runs, `runs/TRACKER/SCENARIO-seedN` the graded ones. The rows are in
+`runs.sqlite`. A second start takes up rows whose scans, code and settings are the same.
 """
 
-import json
+import os
+import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import active_children, get_context
-from pathlib import Path
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from multiprocessing import active_children, connection, get_context, parent_process
 from typing import Any
 
 from luxloop.scenarios.errors import ContractError
 from luxloop.scenarios.files.expect import check
 from luxloop.scenarios.league.drive import Drive
-from luxloop.scenarios.league.drive_scans import ROWS, code_digest, scans_digest, scans_of
+from luxloop.scenarios.league.drive_scans import code_digest, scans_digest, scans_of
 from luxloop.scenarios.league.entrants import Entrant, chosen
-from luxloop.scenarios.league.json_file import write_json
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.scenarios.report import text
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.progress import hidden
+from luxloop.scenarios.study.row_store import RowStore, as_text
+from luxloop.scenarios.study.run_content import digest
 from luxloop.sim.source import SimulatorFailedError, TrafficEndedError
 
 RUNS = "runs"
@@ -32,19 +33,61 @@ FIGURES = {
 }  # fmt: skip
 """Columns of a row, with their metrics."""
 
+COLUMNS = ("scenario", "duration_max_s", "settings", "code", "scans", *FIGURES)
+"""Columns of a row besides those of all rows."""
+
 Row = dict[str, Any]
+Missing = tuple[Drive, list[Entrant]]
+"""A drive and its trackers without a row."""
 
 
-def carry_out(todo: Sequence[Drive], workers: int) -> Iterator[list[Row]]:
-    """Yield the rows of each drive as it ends; drives are shared among processes."""
-    if workers == 1:
-        yield from map(run_drive, todo)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(run_drive, drive) for drive in todo]
+def carry_out(todo: Sequence[Drive], workers: int) -> Iterator[Row]:
+    """Yield the row of each drive and tracker: those of earlier starts, then the others as their runs end.
+
+    Raises
+    ------
+    OutputError
+        A row cannot be stored, or another process writes to the folder.
+    """
+    with RowStore.opened(todo[0].out, COLUMNS) as rows:
+        earlier = {row.pop("key"): row for row in rows.facts()}
+        missing: list[Missing] = []
+        for drive in todo:
+            entrants = {row_key(drive, each): each for each in chosen(drive.trackers)}
+            yield from (earlier[key] for key in entrants if key in earlier)
+            if new := [each for key, each in entrants.items() if key not in earlier]:
+                missing.append((drive, new))
+        for key, row in _in_turn(missing) if workers == 1 else _in_processes(missing, workers):
+            rows.add([as_text({"key": key, **row})])
+            yield row
+
+
+def row_key(drive: Drive, entrant: Entrant) -> str:
+    """Return the digest of everything that determines the row of a tracker."""
+    return digest([entrant.name, entrant.digest, drive.name, drive.duration_max_s, code_digest(drive)])
+
+
+def _in_turn(missing: Sequence[Missing]) -> Iterator[tuple[str, Row]]:
+    for drive, entrants in missing:
+        scans = recorded_scans(drive)
+        for each in entrants:
+            yield run_tracker(drive, each, scans)
+
+
+def _in_processes(missing: Sequence[Missing], workers: int) -> Iterator[tuple[str, Row]]:
+    """Record the scans of all drives, and run the trackers of each as soon as its scans are there."""
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent) as pool:
+        pending: dict[Future[Any], Missing | None] = {pool.submit(recorded_scans, one[0]): one for one in missing}
         try:
-            for future in as_completed(futures):
-                yield future.result()
+            while pending:
+                for future in wait(pending, return_when=FIRST_COMPLETED).done:
+                    recorded = pending.pop(future)
+                    if recorded is None:
+                        yield future.result()
+                    else:
+                        drive, entrants = recorded
+                        new = [pool.submit(run_tracker, drive, each, future.result()) for each in entrants]
+                        pending |= dict.fromkeys(new)
         except BaseException:
             for child in active_children():
                 child.terminate()  # the rows of finished runs are on the disk
@@ -52,37 +95,37 @@ def carry_out(todo: Sequence[Drive], workers: int) -> Iterator[list[Row]]:
             raise
 
 
-def run_drive(drive: Drive) -> list[Row]:
-    """Record the scans of a drive, unless they are there, and run all trackers on them."""
+def _end_with_parent() -> None:
+    """End this process when that of the command is gone, which was killed: the pool would wait for tasks forever."""
+    parent = parent_process()
+    assert parent
+
+    def end() -> None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=end, daemon=True).start()
+
+
+def recorded_scans(drive: Drive) -> Row:
+    """Record the scans of a drive, unless they are there; return their digest, or the failure of the traffic."""
+    try:
+        with hidden():
+            return {"scans": scans_digest(scans_of(drive, code_digest(drive)).folder)}
+    except (SimulatorFailedError, TrafficEndedError) as error:
+        return {"scans": None, **_failure(error)}
+
+
+def run_tracker(drive: Drive, entrant: Entrant, scans: Row) -> tuple[str, Row]:
+    """Run a tracker on the recorded scans of a drive, unless the traffic failed; return its row with its key."""
     code = code_digest(drive)
     with hidden():
-        entrants = chosen(drive.trackers)
-        rows = [_earlier(drive, entrant, code) for entrant in entrants]
-        if all(rows):
-            return [row for row in rows if row]
-        try:
-            recorded = scans_of(drive, code)
-        except (SimulatorFailedError, TrafficEndedError) as error:
-            return [_finish(drive, each, {"code": code, **_failure(error)}) for each in entrants]
-        scans = scans_digest(recorded.folder)
-        key = {"code": code, "scans": scans}
-        done = zip(entrants, rows, strict=True)
-        return [row or _finish(drive, each, key | graded(drive, each, recorded)) for each, row in done]
-
-
-def row_path(drive: Drive, tracker: str) -> Path:
-    """Return the file of a row."""
-    return drive.out / ROWS / f"{tracker}-{drive.name}.json"
-
-
-def _earlier(drive: Drive, entrant: Entrant, code: str) -> Row | None:
-    """Return the row of an earlier start, if code, settings and duration are the same."""
-    try:
-        row: Row = json.loads(row_path(drive, entrant.name).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    same = {"code": code, "settings": entrant.digest, "duration_max_s": drive.duration_max_s}
-    return row if same.items() <= row.items() else None
+        found = {} if "status" in scans else graded(drive, entrant, scans_of(drive, code))
+    row = {
+        "tracker": entrant.name, "scenario": drive.stem, "seed": drive.seed, "duration_max_s": drive.duration_max_s,
+        "settings": entrant.digest, "code": code, **scans, **found,
+    }  # fmt: skip
+    return row_key(drive, entrant), row
 
 
 def graded(drive: Drive, entrant: Entrant, recorded: RecordedRun) -> Row:
@@ -107,12 +150,5 @@ def _figures(result: Result) -> Row:
 
 
 def _failure(error: Exception) -> Row:
-    return {"status": "failed", "error": " ".join(str(error).split()), **dict.fromkeys(FIGURES)}
-
-
-def _finish(drive: Drive, entrant: Entrant, found: Row) -> Row:
-    """Write the row of a run and return it."""
-    key = {"tracker": entrant.name, "scenario": drive.stem, "seed": drive.seed}
-    row = {**key, "duration_max_s": drive.duration_max_s, "settings": entrant.digest, **found}
-    write_json(row_path(drive, entrant.name), row)
-    return row
+    none = dict.fromkeys(("trace_hash", "frames", *FIGURES))
+    return {"status": "failed", "error": " ".join(str(error).split()), **none}

@@ -9,12 +9,12 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device
 from luxloop.scenarios.search import finding_file, reductions
-from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json, Notify, no_report
-from luxloop.scenarios.search.executor import executor
+from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify, executor, no_report
 from luxloop.scenarios.search.optimise import optimise
 from luxloop.scenarios.search.shrink import shrink
 from luxloop.scenarios.study.design import source
 from luxloop.scenarios.study.parameter import Value
+from luxloop.scenarios.study.row_store import RowStore
 from luxloop.scenarios.study.study_file import Search, Study
 
 RUN = "run"
@@ -52,7 +52,7 @@ def search(
     tracker
         MODULE:NAME of the device under test.
     out
-        Folder of the scenario file, its run and the evaluations of all trials; those of an earlier start are reused.
+        Folder of the scenario file, its run and the rows of all trials; those of an earlier start are reused.
     notify
         Receives a line of text for every step.
     workers
@@ -82,21 +82,21 @@ def search(
         document = {**stage({**study.fixed, **parameters}), "seed": seed}
         return {**document, "expect": finding_file.expectation(goal.metric, goal.limit, "")}
 
-    with executor(min(workers, goal.at_once), scheduler) as execute_runs:
+    with RowStore.opened(out) as rows, executor(min(workers, goal.at_once), scheduler) as execute_runs:
         evaluator = Evaluator(
-            goal, path, tracker, out / EVALUATIONS, execute_runs, retry_errors=retry_errors, report_defect=report_defect
+            goal, path, tracker, rows, execute_runs, retry_errors=retry_errors, report_defect=report_defect
         )
         if evaluator.known:
             notify(f"{evaluator.known} evaluations of an earlier start are reused")
         if evaluator.retried:
             notify(f"{evaluator.retried} evaluations ended with an error and are run again")
         with evaluator.resumable():
-            best = optimise(study, evaluator, make, notify)
-            if best is None:
-                notify(f"no failure in {evaluator.runs} runs: {goal.metric} kept to {goal.limit}")
-                return None
-            search_runs = evaluator.runs
-            smallest = shrink(study, best, evaluator, make, notify, goal.reduction_runs)
+            best, search_runs = optimise(study, evaluator, make, notify), evaluator.runs
+            smallest = shrink(study, best, evaluator, make, notify, goal.reduction_runs) if best else None
+            evaluator.write_table([metric.name for metric in study.metric])
+        if smallest is None:
+            notify(f"no failure in {evaluator.runs} runs: {goal.metric} kept to {goal.limit}")
+            return None
         notify(f"{search_runs} runs to find it, {evaluator.runs - search_runs} to reduce it")
         return _reproduce(study, goal, smallest, evaluator, out)
 

@@ -1,28 +1,23 @@
 """Evaluation of scenarios for a search; results are stored on disk, so that a restart repeats no run."""
 
-import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from luxloop.scenarios.errors import Interrupted, OutputError
+from luxloop.scenarios.errors import Interrupted
 from luxloop.scenarios.exit_codes import INTERNAL_ERROR
 from luxloop.scenarios.search.objective import fails
-from luxloop.scenarios.study import append_log
 from luxloop.scenarios.study.design import StudyRun
-from luxloop.scenarios.study.row_format import RunRow
+from luxloop.scenarios.study.row_store import RowStore, RowText, RunRow, as_row, as_text, schema_of
 from luxloop.scenarios.study.run_content import Contents
 from luxloop.scenarios.study.study_file import Search
 from luxloop.scenarios.study.worker import BROKEN, carry_out
 
 Json = dict[str, Any]
 
-EVALUATIONS = "answers.jsonl"
-"""Name of the log of evaluations."""
-
-Executor = Callable[[list[StudyRun]], Iterable[list[RunRow]]]
+Executor = Callable[[list[StudyRun]], Iterable[list[RowText]]]
 """Executes runs, and yields their rows in batches, as they complete."""
 
 Notify = Callable[[str], None]
@@ -59,19 +54,14 @@ class Evaluator:
         Path that the scenarios' file would have: paths in the scenarios are relative to its folder.
     tracker
         MODULE:NAME of the device under test.
-    log
-        Append log of the evaluations, one JSON object per line; those of an earlier start are reused.
+    rows
+        Rows of the evaluated scenarios; those of an earlier start are reused.
     execute_runs
-        Executes runs, e.g. `dask_runs.rows_of` with a client; default: sequential execution in this process.
+        Executes runs on workers; default: sequential execution in this process.
     retry_errors
-        True to run again what ended with an error; the log keeps both, the later one counts.
+        True to run again what ended with an error.
     report_defect
         Receives the error of every evaluation that ended by a defect of luxloop.
-
-    Raises
-    ------
-    OutputError
-        The log cannot be read, or is not a log of evaluations.
     """
 
     def __init__(
@@ -79,7 +69,7 @@ class Evaluator:
         search: Search,
         path: Path,
         tracker: str,
-        log: Path,
+        rows: RowStore,
         execute_runs: Executor | None = None,
         *,
         retry_errors: bool = False,
@@ -88,13 +78,14 @@ class Evaluator:
         self._report_defect = report_defect
         self.search, self.path, self.tracker = search, path, tracker
         self._contents = Contents(tracker)
-        self._log, self._execute_runs = log, execute_runs or _execute_sequentially
-        earlier = _read(log)
+        self._rows, self._execute_runs = rows, execute_runs or _execute_sequentially
+        self._asked: dict[str, None] = {}
+        earlier = {row["key"]: self._evaluation(row) for row in rows.rows()}
         self._evaluations = {key: one for key, one in earlier.items() if not (retry_errors and one.error)}
         self.retried = len(earlier) - len(self._evaluations)
         """Number of evaluations that ended with an error and are run again."""
         self.runs = 0
-        """Number of scenarios evaluated so far, including those known from the log."""
+        """Number of scenarios evaluated so far, including those of an earlier start."""
 
     @contextmanager
     def resumable(self) -> Iterator[None]:
@@ -103,8 +94,23 @@ class Evaluator:
             yield
         except KeyboardInterrupt as error:
             raise Interrupted(
-                f"interrupted; {self.known} evaluations are in {self._log}; run the same command to resume"
+                f"interrupted; {self.known} evaluations are in {self._rows.path}; run the same command to resume"
             ) from error
+
+    def write_table(self, own: Collection[str]) -> None:
+        """Write the rows of the evaluated scenarios to the Parquet file, in the order of their evaluation.
+
+        Parameters
+        ----------
+        own
+            Names of the metrics of the study file.
+
+        Raises
+        ------
+        OutputError
+            The file cannot be written.
+        """
+        self._rows.write_table(schema_of({}, own), list(self._asked))
 
     @property
     def known(self) -> int:
@@ -131,10 +137,11 @@ class Evaluator:
             for n, document in enumerate(documents, 1)
         ]
         self.runs += len(runs)
+        self._asked |= {run.key: None for run in runs}
         new = {run.key: run for run in runs if run.key not in self._evaluations}
         for rows in self._execute_runs(list(new.values())) if new else ():
-            for row in rows:
-                self._store(self._evaluation(row))
+            self._rows.add(rows)
+            self._evaluations |= {row[0]: self._evaluation(as_row(row)) for row in rows}
         evaluations = [self._evaluations[run.key] for run in runs]
         for evaluation in evaluations:
             if evaluation.error.startswith(INTERNAL_ERROR):
@@ -149,31 +156,19 @@ class Evaluator:
         broken = row["status"] in BROKEN
         return Evaluation(row["key"], None if broken else row.get(self.search.metric), row["trace_hash"], row["error"])
 
-    def _store(self, evaluation: Evaluation) -> None:
-        self._evaluations[evaluation.key] = evaluation
-        try:
-            append_log.append(self._log, json.dumps(asdict(evaluation)) + "\n")
-        except OSError as error:
-            raise OutputError(
-                f"{self._log}: cannot write there ({error.strerror}); earlier evaluations are stored: "
-                "free some space and run the same command to resume"
-            ) from error
 
-
-def _execute_sequentially(runs: list[StudyRun]) -> Iterable[list[RunRow]]:
+def _execute_sequentially(runs: list[StudyRun]) -> Iterable[list[RowText]]:
     for run in runs:
-        yield [carry_out(run)]
+        yield [as_text(carry_out(run))]
 
 
-def _read(log: Path) -> dict[str, Evaluation]:
-    """Return the evaluations of a log by key; an incomplete last line is removed."""
-    try:
-        log.parent.mkdir(parents=True, exist_ok=True)
-        append_log.truncate_partial_line(log)
-        lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
-        evaluations = [Evaluation(**json.loads(line)) for line in lines]
-    except OSError as error:
-        raise OutputError(f"{log}: {error.strerror}; choose another folder with --out") from error
-    except (ValueError, TypeError) as error:
-        raise OutputError(f"{log}: not a log of a search; choose a new folder with --out") from error
-    return {evaluation.key: evaluation for evaluation in evaluations}
+@contextmanager
+def executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
+    """Yield a function that executes runs on workers; None for a single worker, which needs no other process."""
+    if workers == 1 and scheduler is None:
+        yield None
+    else:
+        from luxloop.scenarios.study import dask_runs  # imports dask, which is slow and optional
+
+        with dask_runs.connect(workers, scheduler) as client:
+            yield lambda runs: dask_runs.rows_of(client, runs, len(runs))

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.run import device, progress
-from luxloop.scenarios.search.evaluator import EVALUATIONS, Evaluator, Json, Notify, no_report
-from luxloop.scenarios.search.executor import executor
+from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify, executor, no_report
 from luxloop.scenarios.statistics.adaptive_curve import AdaptiveCurve, Threshold
 from luxloop.scenarios.study import design
 from luxloop.scenarios.study.parameter import Value
+from luxloop.scenarios.study.row_store import RowStore
 from luxloop.scenarios.study.study_file import Search, Study
 from luxloop.scenarios.study.study_file import Threshold as Goal
 
@@ -65,7 +65,7 @@ def thresholds(
     tracker
         MODULE:NAME of the device under test.
     out
-        Folder of the evaluations; those of an earlier start are reused.
+        Folder of the rows of all runs; those of an earlier start are reused.
     notify
         Receives a line of text.
     workers
@@ -93,17 +93,17 @@ def thresholds(
     device.load(tracker)  # an invalid tracker is reported once, not by every evaluation
     settings = settings_of(study, goal)
     criterion = Search(metric=goal.metric, min=1.0)
-    with executor(min(workers, len(settings)), scheduler) as execute_runs:
+    with RowStore.opened(out) as rows, executor(min(workers, len(settings)), scheduler) as execute_runs:
         evaluator = Evaluator(
-            criterion, path, tracker, out / EVALUATIONS, execute_runs, retry_errors=retry_errors,
-            report_defect=report_defect,
-        )  # fmt: skip
+            criterion, path, tracker, rows, execute_runs, retry_errors=retry_errors, report_defect=report_defect
+        )
         if evaluator.known:
             notify(f"{evaluator.known} evaluations of an earlier start are reused")
         with evaluator.resumable(), progress.runs(study.path.stem, goal.runs * len(settings), done=0) as advance:
             for round_ in range(goal.runs):
                 _run_round(study, goal, settings, evaluator, make, round_)
                 advance(len(settings))
+            evaluator.write_table([metric.name for metric in study.metric])
     return settings
 
 

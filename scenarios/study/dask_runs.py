@@ -4,12 +4,10 @@ Only this module and `local_cluster` import `dask` and `distributed`; callers im
 """
 
 import asyncio
-import json
 import logging
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import islice
 
 import dask
@@ -19,8 +17,8 @@ from luxloop.scenarios.errors import InputError, StudyError
 from luxloop.scenarios.run.versions import installed
 from luxloop.scenarios.study.design import StudyRun
 from luxloop.scenarios.study.local_cluster import local_cluster
-from luxloop.scenarios.study.row_format import RowFormat, RunRow
-from luxloop.scenarios.study.worker import as_json, carry_out_as_lines, failed, first_columns
+from luxloop.scenarios.study.row_store import RowText, as_text
+from luxloop.scenarios.study.worker import carry_out_as_texts, failed, first_columns
 
 MAX_SUBMITTED = 4000
 """Maximum number of tasks submitted at a time: several per worker for a thousand workers, with bounded memory."""
@@ -78,28 +76,10 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
                 yield client
 
 
-@dataclass(frozen=True, slots=True)
-class Delivery:
-    """Destination of the results of runs."""
-
-    keep_at: str | None = None
-    """Folder or fsspec URL that receives the folder of every run; None keeps no folders."""
-    form: RowFormat | None = None
-    """Format of the lines; None for JSON of all values."""
-    parts: str | None = None
-    """Folder or fsspec URL to which workers write the rows as Parquet parts; the lines are then empty."""
-
-
-def rows_of(client: Client, runs: list[StudyRun]) -> Iterator[list[RunRow]]:
-    """Execute runs; yield their rows in batches, as they complete. Errors are those of `lines_of`."""
-    for batch in lines_of(client, iter(runs), len(runs), Delivery()):
-        yield [json.loads(line) for _, line in batch]
-
-
-def lines_of(
-    client: Client, runs: Iterator[StudyRun], count: int, delivery: Delivery
-) -> Iterator[list[tuple[StudyRun, str]]]:
-    """Execute runs; yield them with their rows as text in batches, as they complete.
+def rows_of(
+    client: Client, runs: Iterable[StudyRun], count: int, keep_at: str | None = None
+) -> Iterator[list[RowText]]:
+    """Execute runs; yield their rows in batches, as they complete.
 
     Short runs of one study are executed several per task, as long as all workers have enough tasks. The runs are taken
     from `runs` when they are due: those that are planned last are not built before the first ones are executed.
@@ -112,36 +92,36 @@ def lines_of(
         The runs.
     count
         Their number at most.
-    delivery
-        Where the results go.
+    keep_at
+        Folder or fsspec URL that receives the folder of every run; default: no folder is kept.
 
     Raises
     ------
     StudyError
         The scheduler is lost, or a worker cannot execute any run.
     OutputError
-        A worker cannot store the folder of its run, or its rows.
+        A worker cannot store the folder of its run.
     """
     workers = max(1, sum(client.nthreads().values()))
-    waiting = grouped(runs, min(MOST_AT_ONCE, 1 + count // (TASKS_PER_WORKER * workers)))
+    waiting = grouped(iter(runs), min(MOST_AT_ONCE, 1 + count // (TASKS_PER_WORKER * workers)))
     tasks: dict[str, list[StudyRun]] = {}
 
-    def submit(batches: Iterable[list[StudyRun]]) -> list[Future[list[str]]]:
+    def submit(batches: Iterable[list[StudyRun]]) -> list[Future[list[RowText]]]:
         futures = []
         for batch in batches:
             # The client id in the key keeps tasks of two sweeps on one scheduler apart.
             key = f"luxloop-{batch[0].key}-{len(batch)}-{client.id}"
             tasks[key] = batch
             portable = [run.portable() for run in batch]
-            arguments = (portable, delivery.keep_at, installed(), delivery.form, delivery.parts)
-            futures.append(client.submit(carry_out_as_lines, *arguments, key=key, pure=False))
+            arguments = (portable, keep_at, installed())
+            futures.append(client.submit(carry_out_as_texts, *arguments, key=key, pure=False))
         return futures
 
     done = as_completed(submit(islice(waiting, FIRST_PER_WORKER * workers)), loop=client.loop)
     for futures in done.batches():
         finished = {future: tasks.pop(future.key) for future in futures}
-        results, again = _results(client, finished, delivery.form)
-        yield results
+        rows, again = _results(client, finished)
+        yield rows
         done.update(submit([[run] for run in again]))
         done.update(submit(islice(waiting, max(0, min(2 * len(futures), MAX_SUBMITTED - len(tasks))))))
 
@@ -162,34 +142,32 @@ def grouped(runs: Iterator[StudyRun], most: int) -> Iterator[list[StudyRun]]:
 
 
 def _results(
-    client: Client, tasks: dict[Future[list[str]], list[StudyRun]], form: RowFormat | None
-) -> tuple[list[tuple[StudyRun, str]], list[StudyRun]]:
-    """Return the runs of completed tasks with their lines, and runs to be executed alone; gather in one round trip."""
+    client: Client, tasks: dict[Future[list[RowText]], list[StudyRun]]
+) -> tuple[list[RowText], list[StudyRun]]:
+    """Return the rows of completed tasks, and runs to be executed alone; gather in one round trip."""
     try:
-        lines = client.gather(list(tasks))
+        found = client.gather(list(tasks))
     except Exception:  # one of them failed: fetch them one by one
-        lines = [_lines(client, runs, future, form) for future, runs in tasks.items()]
-    done, again = list[tuple[StudyRun, str]](), list[StudyRun]()
-    for runs, of_task in zip(tasks.values(), lines, strict=True):
-        if of_task:
-            done += zip(runs, of_task, strict=True)
-        else:
-            again += runs
+        found = [_rows(client, runs, future) for future, runs in tasks.items()]
+    done, again = list[RowText](), list[StudyRun]()
+    for runs, of_task in zip(tasks.values(), found, strict=True):
+        done += of_task
+        again += [] if of_task else runs
     return done, again
 
 
-def _lines(client: Client, runs: list[StudyRun], future: Future[list[str]], form: RowFormat | None) -> list[str]:
-    """Return the lines of a completed task, an error row for a run that killed its workers, and none for several."""
+def _rows(client: Client, runs: list[StudyRun], future: Future[list[RowText]]) -> list[RowText]:
+    """Return the rows of a completed task, an error row for a run that killed its workers, and none for several."""
     try:
-        lines: list[str] = future.result()
-        return lines
+        rows: list[RowText] = future.result()
+        return rows
     except InputError:
         raise
     except KilledWorker:
         if len(runs) > 1:  # one of them is to blame
             return []
-        row = first_columns(runs[0]) | failed("each worker that tried it died: out of memory, or killed by the run")
-        return [form.line(row) if form else as_json(row)]
+        reason = "each worker that tried it died: out of memory, or killed by the run"
+        return [as_text(first_columns(runs[0]) | failed(reason))]
     except (CancelledError, OSError) as error:
         raise StudyError("the connection to the Dask scheduler is lost") from error
     except Exception as error:

@@ -195,10 +195,10 @@ def source(study: Study) -> tuple[MakeDocument, Path]:
         scene = _scene(study)
         name = study.scenario.partition(":")[2]
         place = study.path.with_name(f"{name}.toml").absolute()
-        return (lambda values: _with_metrics(study, _staged(study, scene, values))), place
+        return (lambda values: _with_metrics(study, _staged(study, scene, study.scenario_values(values)))), place
     path = (study.path.parent / shipped.find(study.scenario)).absolute()  # relative paths start at the study file
     document = toml_file.read(path)
-    return (lambda values: _with_metrics(study, with_values(document, values))), path
+    return (lambda values: _with_metrics(study, with_values(document, study.scenario_values(values)))), path
 
 
 def _with_metrics(study: Study, document: Json) -> Json:

@@ -31,12 +31,38 @@ class Strict(BaseModel):
     )
 
 
+class TiedKey(Strict):
+    """A key that is set to the value of a parameter, times a factor, plus an offset."""
+
+    key: str
+    """Key of the scenario file; for a staged scene, the name of one of its parameters."""
+    factor: float = 1.0
+    """Factor of the value."""
+    offset: float = 0.0
+    """Added to the product."""
+
+    def value(self, value: Value) -> Value:
+        """Return the value of the key; a whole number stays one."""
+        if not self.is_computed:
+            return value
+        result = float(f"{self.factor * float(value) + self.offset:.12g}")
+        return int(result) if isinstance(value, int) and result.is_integer() else result
+
+    @property
+    def is_computed(self) -> bool:
+        """True if the value of the key differs from that of the parameter."""
+        return (self.factor, self.offset) != (1.0, 0.0)
+
+
 class Parameter(Strict):
     """A varied parameter: listed values, or a range."""
 
     key: str
     """Key of the scenario file, e.g. `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; for a staged scene, the
-    name of one of its parameters."""
+    name of one of its parameters; with `sets`, any name without a dot."""
+    sets: list[TiedKey] = Field(default_factory=list)
+    """Keys of the scenario file that are tied to the value, e.g. `{ key = "traffic.actor[van].x_m", offset = 20.0 }`;
+    instead of `key`, which is then only a name."""
     values: Annotated[list[Value], AfterValidator(distinct)] | None = None
     """Listed values, instead of a range."""
     low: float | None = None
@@ -63,6 +89,21 @@ class Parameter(Strict):
         elif self.scale == "log" and self.low <= 0:
             raise ValueError(f"low = {self.low:g}: must be above 0 for a logarithmic range")
         return self
+
+    @model_validator(mode="after")
+    def _tied_keys_are_valid(self) -> Self:
+        if self.sets and "." in self.key:
+            raise ValueError(f"key = {self.key}: is only a name beside sets, and sets nothing; give one without a dot")
+        is_number = all(isinstance(value, float | int) and not isinstance(value, bool) for value in self.values or [])
+        for tied in self.sets:
+            if tied.is_computed and not is_number:
+                raise ValueError(f"sets {tied.key}: factor and offset need numbers; give numbers as values")
+        return self
+
+    @property
+    def targets(self) -> list[str]:
+        """Keys of the scenario that the parameter sets."""
+        return [tied.key for tied in self.sets] or [self.key]
 
     @model_validator(mode="after")
     def _neutral_is_in_range(self) -> Self:

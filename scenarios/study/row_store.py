@@ -1,214 +1,310 @@
-"""Rows of a study on disk, written so that no row is lost if the process is killed.
+"""Rows of runs: one SQLite file in the output folder while they come in, one Parquet file at the end.
 
-- `runs.jsonl`: append log of new rows, one per line
-- `runs.parquet`: one row per completed run, in the order of the study; written at the end of a sweep
-- `earlier.parquet`: rows of runs that are not part of the study (any more): other values, seeds or trackers
-- `.earlier.parquet`: the former `earlier.parquet` while both are replaced; a row may be in neither of the new ones then
+A row is a key and two JSON objects, its facts and its metrics. Metrics stay text until the Parquet file is written: to
+insert each of some hundred values as a row of its own takes eight times the processor time.
+
+- `runs.sqlite`: all rows, also those of runs that are no longer part of the study
+- `runs.parquet`: the rows of the study in its order, a column per metric
 - `.lock`: lock file, held by the process that writes to the folder
 """
 
 import fcntl
+import io
+import json
 import os
 import shutil
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager
-from itertools import chain
+import sqlite3
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, BinaryIO, Self
 
-import pandas as pd
 import pyarrow as pa
+import pyarrow.json
+import pyarrow.parquet as pq
 
-from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.errors import OutputError, StudyError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.study import append_log, row_parts, row_reader
-from luxloop.scenarios.study.row_format import RowFormat, RunRow
-from luxloop.scenarios.study.row_merge import Merge
+from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.grading.own_metric import PREFIX
 
-RUNS, EARLIER, LOG, LOCK = "runs.parquet", "earlier.parquet", "runs.jsonl", ".lock"
-FORMER = ".earlier.parquet"
-KNOWN = ("key", "status", "inputs", "seed", "tracker")
-"""Columns of earlier rows that are held in memory, with the parameters."""
+RunRow = dict[str, Any]
+"""`index`, `key`, `seed`, `tracker`, the parameters by their keys, `status`, `error`, `trace_hash`, `frames`, `wall_s`,
+`why` the run was executed or its row taken over, the digests of its `inputs`, and the value of every metric by its
+name; a metric without a value may be missing."""
+RowText = tuple[str, str, str]
+"""Key, facts and metrics of a row, the latter two as JSON: cheaper to send between processes than a dictionary."""
+
+ROWS, TABLE, LOCK = "runs.sqlite", "runs.parquet", ".lock"
+FORMER = ("runs.jsonl", "answers.jsonl", "rows", TABLE)
+"""Rows of luxloop 0.1, which had no SQLite file."""
+FIXED_COLUMNS = (
+    *("index", "key", "seed", "tracker"),
+    *("status", "error", "trace_hash", "frames", "wall_s", "why", "inputs"),
+)
+NUMBERS = {"index": pa.int64(), "seed": pa.int64(), "frames": pa.int64(), "wall_s": pa.float64()}
+"""Types of the fixed columns that hold numbers."""
+ROWS_AT_ONCE = 2000
+"""Rows that are held in memory while the Parquet file is written: 28 MB of text, and as much in columns."""
+PATIENCE_S = 60.0
+"""[s] Longest wait for a program that reads the SQLite file."""
+UNREADABLE = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+"""Codes of a file that is damaged, or of another program."""
+LOCAL = frozenset({"bcachefs", "btrfs", "ext2", "ext3", "ext4", "f2fs", "jfs", "overlay", "tmpfs", "xfs", "zfs"})
+"""File systems of one computer, on which a write-ahead log is safe: its index is shared memory."""
 
 
-class RowStore:
-    """Rows of one study in one folder, including those of earlier starts; their metrics are not held in memory.
+def as_text(row: RunRow) -> RowText:
+    """Return a row as text; metrics without a value are left out."""
+    metrics = {name: value for name, value in row.items() if _is_metric(name)}
+    facts = {name: value for name, value in row.items() if name not in metrics}
+    known = {name: value for name, value in metrics.items() if value is not None}
+    return row["key"], json.dumps(facts, allow_nan=False), json.dumps(known, allow_nan=False)
+
+
+def as_row(text: RowText) -> RunRow:
+    """Return a row from its text."""
+    row: RunRow = json.loads(text[1]) | json.loads(text[2])
+    return row
+
+
+def schema_of(parameters: Mapping[str, Sequence[Any]], own: Collection[str] = ()) -> pa.Schema:
+    """Return the columns of the Parquet file.
 
     Parameters
     ----------
-    folder
-        The folder.
     parameters
-        All values of each parameter, by key; each parameter is a column.
+        All values of each parameter, by key; a column holds text if there is a text or boolean among them.
     own
-        Names of the metrics of the study file, which are columns, too.
-    parts
-        Folder or fsspec URL of the Parquet parts that workers wrote, see `row_parts`; default: none.
+        Names of the metrics of the study file.
 
     Raises
     ------
-    OutputError
-        The folder holds rows of a study with other parameters, or files that cannot be read.
+    StudyError
+        A parameter has the name of another column.
     """
+    if taken := sorted({*parameters} & {*FIXED_COLUMNS, *METRICS}):
+        raise StudyError(f"{taken[0]}: rows have a column of this name; give the parameter another key")
+    columns = {name: NUMBERS.get(name, pa.string()) for name in FIXED_COLUMNS[:4]}
+    for key, values in parameters.items():
+        columns[key] = pa.string() if any(isinstance(value, bool | str) for value in values) else pa.float64()
+    columns |= {name: NUMBERS.get(name, pa.string()) for name in FIXED_COLUMNS[4:]}
+    return pa.schema(columns | dict.fromkeys((*METRICS, *own), pa.float64()))
 
-    def __init__(
-        self, folder: Path, parameters: dict[str, list[Any]], own: Collection[str] = (), parts: str | None = None
-    ) -> None:
-        self._folder = folder
-        self._parts = parts
-        self.format = RowFormat.of(parameters, own)
-        """Columns of the rows."""
-        append_log.truncate_partial_line(self._folder / LOG)
-        known = (row for batch in self._batches([*KNOWN, *parameters]) for row in batch.to_pylist())
-        self.earlier = {row["key"]: row for row in known}
-        """Rows of earlier starts by key, without their metrics."""
-        self.keys: set[str] = set(self.earlier)
+
+class RowStore:
+    """Rows in one folder, including those of earlier starts; made by `opened`."""
+
+    def __init__(self, folder: Path, database: sqlite3.Connection) -> None:
+        self._folder, self._database = folder, database
+        self.keys: set[str] = {key for (key,) in self._selected("SELECT key FROM runs")}
         """Keys of the runs that have a row."""
 
     @classmethod
     @contextmanager
-    def opened(
-        cls, folder: Path, parameters: dict[str, list[Any]], own: Collection[str] = (), parts: str | None = None
-    ) -> Iterator[Self]:
+    def opened(cls, folder: Path, columns: Collection[str] = ()) -> Iterator[Self]:
         """Yield the rows of a folder, locked against other writers; the folder is created if missing.
+
+        Parameters
+        ----------
+        folder
+            The folder.
+        columns
+            Names of the facts besides `FIXED_COLUMNS`: the parameters of a study.
 
         Raises
         ------
         OutputError
-            Another process writes to the folder, it cannot be created, or as for the class.
+            Another process writes to the folder, it cannot be created, or it holds rows with other columns or of an
+            earlier version.
         """
         new = not folder.exists()
         with _locked(folder):
-            rows = cls(folder, parameters, own, parts)
-            try:
-                yield rows
-            except BaseException:
-                if new and not rows.keys:  # nothing to resume
-                    shutil.rmtree(folder, ignore_errors=True)
-                raise
+            _refuse_former(folder)
+            with closing(_connect(folder)) as database:
+                rows = cls(folder, database)
+                rows.check_columns(columns)
+                try:
+                    yield rows
+                except BaseException:
+                    if new and not rows.keys:  # nothing to resume
+                        shutil.rmtree(folder, ignore_errors=True)
+                    raise
 
-    def add(self, rows: list[RunRow]) -> None:
-        """Append rows to the log and flush them to disk.
+    @property
+    def path(self) -> Path:
+        """Path of the SQLite file."""
+        return self._folder / ROWS
 
-        Raises
-        ------
-        OutputError
-            The log cannot be written.
-        """
-        self.add_lines([row["key"] for row in rows], [self.format.line(row) for row in rows])
+    def check_columns(self, columns: Collection[str]) -> None:
+        """Raise an OutputError if the rows have other columns."""
+        for facts in self.facts():
+            if unexpected := sorted(set(facts) - {*FIXED_COLUMNS} ^ {*columns}):
+                raise OutputError(
+                    f"{self.path}: holds rows of another study ({', '.join(unexpected[:3])}); choose a new --out"
+                )
+            return  # the rows of a folder have the same columns
 
-    def add_lines(self, keys: Sequence[str], lines: Sequence[str]) -> None:
-        """Append lines of `RowFormat.line` to the log and flush them to disk.
+    def facts(self) -> Iterator[RunRow]:
+        """Yield the rows without their metrics, in the order in which they came in."""
+        for (facts,) in self._selected("SELECT facts FROM runs ORDER BY rowid"):
+            yield json.loads(facts)
 
-        A line is empty if a worker has written the row to a part.
+    def rows(self) -> Iterator[RunRow]:
+        """Yield the rows, in the order in which they came in."""
+        yield from map(as_row, self._selected("SELECT key, facts, metrics FROM runs ORDER BY rowid"))
 
-        Raises
-        ------
-        OutputError
-            The log cannot be written.
-        """
-        try:
-            if text := "".join(lines):
-                append_log.append(self._folder / LOG, text)
-        except OSError as error:
-            raise _cannot_write(self._folder, error) from error
-        self.keys.update(keys)
-
-    def merge(
-        self,
-        wanted: Sequence[str],
-        taken_over: Collection[str] = (),
-        why: str = "",
-        columns: Sequence[str] | None = None,
-    ) -> pd.DataFrame:
-        """Merge log and parts into `runs.parquet`; return the rows of the runs `wanted` (keys), in that order.
-
-        The rows `taken_over` (keys) get `why` as their reason. If a run has several rows, the last one counts. Rows of
-        other runs, e.g. of additional seeds of an earlier start, go to `earlier.parquet`. Only these `columns` are
-        returned (default: all), so that the memory does not grow with the number of metrics.
+    def add(self, rows: Sequence[RowText]) -> None:
+        """Store rows and flush them to disk; the last row of a run counts.
 
         Raises
         ------
         OutputError
-            A file cannot be read or written.
+            The file cannot be written.
         """
-        append_log.truncate_partial_line(self._folder / LOG)
-        merge = Merge(
-            self._keys, self._batches, self.format.schema, {key: at for at, key in enumerate(wanted)},
-            set(taken_over), why,
-        )  # fmt: skip
-        parts = row_parts.paths(self._parts)
-        try:
-            with (
-                atomic_file.create(self._folder / RUNS) as runs,
-                atomic_file.create(self._folder / EARLIER) as earlier,
-                TemporaryDirectory(prefix=".merge-", dir=self._folder) as buckets,
-            ):
-                others = merge.write(runs, earlier, Path(buckets))
-                for path in (runs, earlier):
-                    _flush(path)
-                self._keep_former()
-            if not others and not (self._folder / FORMER).exists():
-                (self._folder / EARLIER).unlink()
-            (self._folder / FORMER).unlink(missing_ok=True)
-        except OSError as error:
-            raise _cannot_write(self._folder, error) from error
-        (self._folder / LOG).unlink(missing_ok=True)  # if killed before this, the next merge drops the duplicates
-        row_parts.remove(parts)
-        found = pd.read_parquet(self._folder / RUNS, columns=None if columns is None else list(columns))
-        self.keys = set(pd.read_parquet(self._folder / RUNS, columns=["key"])["key"]) | self._others()
-        return found
+        with _as_output_error(self._folder), self._database:
+            self._database.executemany("INSERT OR REPLACE INTO runs VALUES (?, ?, ?)", rows)
+        self.keys.update(key for key, _, _ in rows)
 
-    def _keep_former(self) -> None:
-        """Keep the former `earlier.parquet` until both files are replaced, for the case of a kill in between."""
-        if (self._folder / EARLIER).exists():
-            (self._folder / FORMER).unlink(missing_ok=True)
-            os.link(self._folder / EARLIER, self._folder / FORMER)
+    def write_table(
+        self, schema: pa.Schema, wanted: Sequence[str], taken_over: Collection[str] = (), why: str = ""
+    ) -> None:
+        """Write the rows of the runs `wanted` (keys) to `runs.parquet`, in that order, in batches.
 
-    def _others(self) -> set[str]:
-        """Return the keys of rows that are not part of the study."""
-        return set(chain.from_iterable(row_reader.keys(self._folder / EARLIER)))
+        Parameters
+        ----------
+        schema
+            Columns, see `schema_of`.
+        wanted
+            Keys of the runs; those without a row are left out.
+        taken_over
+            Keys of the rows that get `why` as their reason.
+        why
+            The reason.
 
-    def _files(self) -> list[Path]:
-        return [self._folder / name for name in (FORMER, RUNS, EARLIER, LOG)]
+        Raises
+        ------
+        OutputError
+            The file cannot be written.
+        """
+        places = {key: place for place, key in enumerate(wanted)}
+        keys = sorted(places, key=places.__getitem__)
+        with (
+            _as_output_error(self._folder),
+            atomic_file.create(self._folder / TABLE) as partial,
+            pq.ParquetWriter(partial, schema, compression="zstd") as table,
+        ):
+            for first in range(0, len(keys), ROWS_AT_ONCE):
+                found = self._texts(keys[first : first + ROWS_AT_ONCE])
+                facts = [json.loads(text) | {"index": places[key]} for key, text, _ in found]
+                facts = [row | {"why": why} if row["key"] in taken_over else row for row in facts]
+                table.write_table(_columns(facts, [metrics for _, _, metrics in found], schema))
 
-    def _batches(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-        """Yield all rows in batches: those of the files, then those of the parts; the last row of a run counts."""
-        for path in self._files():
-            yield from row_reader.batches(path, self.format.schema, columns)
-        yield from row_parts.batches(self._parts, self.format.schema, columns)
+    def _texts(self, keys: Sequence[str]) -> list[RowText]:
+        """Return the rows of some keys in that order; those without a row are left out."""
+        query = "SELECT key, facts, metrics FROM runs WHERE key IN (SELECT value FROM json_each(?))"
+        found = {row[0]: row for row in self._selected(query, json.dumps(keys))}
+        return [found[key] for key in keys if key in found]
 
-    def _keys(self) -> Iterator[list[str]]:
-        """Yield the keys of the same rows."""
-        for path in self._files():
-            yield from row_reader.keys(path)
-        yield from row_parts.keys(self._parts)
+    def _selected(self, query: str, *values: str) -> Iterator[Any]:
+        with _as_output_error(self._folder):
+            yield from self._database.execute(query, values)
 
 
-def _flush(path: Path) -> None:
-    with path.open("rb") as file:
-        os.fsync(file.fileno())
+def journal_mode(folder: Path) -> str:
+    """Return SQLite's journal for a folder: a write-ahead log on a local disk, else a rollback journal."""
+    return "WAL" if file_system(folder) in LOCAL else "DELETE"
 
 
-def _locked(folder: Path) -> BinaryIO:
-    """Create a folder and return its lock file; the kernel releases the lock when the process ends."""
-    try:
+def file_system(folder: Path) -> str:
+    """Return the type of the file system of a folder; empty if the mounts do not name its device."""
+    device = folder.stat().st_dev
+    number = f"{os.major(device)}:{os.minor(device)}"
+    for line in Path("/proc/self/mountinfo").read_text(encoding="utf-8", errors="replace").splitlines():
+        mount, _, source = line.partition(" - ")
+        if mount.split()[2] == number:
+            return source.split()[0]
+    return ""
+
+
+def _connect(folder: Path) -> sqlite3.Connection:
+    with _as_output_error(folder):
+        database = sqlite3.connect(folder / ROWS, timeout=PATIENCE_S)
+        database.execute(f"PRAGMA journal_mode = {journal_mode(folder)}")
+        database.execute("PRAGMA synchronous = FULL")
+        with database:
+            database.execute("CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, facts TEXT, metrics TEXT)")
+        return database
+
+
+def _columns(facts: Sequence[RunRow], metrics: Sequence[str], schema: pa.Schema) -> pa.Table:
+    """Return rows as columns; metrics that are not in the schema are left out."""
+    if not facts:
+        return schema.empty_table()
+    measured = pa.schema([field for field in schema if _is_metric(field.name)])
+    text = "\n".join(metrics).encode()
+    # One block: with many columns, small ones take twice the time.
+    table = pa.json.read_json(
+        io.BytesIO(text),
+        pa.json.ReadOptions(block_size=len(text) + 1),
+        pa.json.ParseOptions(explicit_schema=measured, unexpected_field_behavior="ignore"),
+    )
+    for field in schema:
+        if not _is_metric(field.name):
+            column = [_plain(row.get(field.name), field.type) for row in facts]
+            table = table.append_column(field, pa.array(column, field.type))
+    return table.select(schema.names)
+
+
+def _is_metric(name: str) -> bool:
+    return name in METRICS or name.startswith(PREFIX)
+
+
+def _plain(value: Any, kind: pa.DataType) -> Any:
+    """Return a value for a column; booleans and numbers of a text column become text."""
+    return str(value) if value is not None and kind == pa.string() else value
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[BinaryIO]:
+    """Create a folder and yield its lock file; the kernel releases the lock when the process ends."""
+    with _as_output_error(folder):
         folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / LOCK).open("wb")
-    except OSError as error:
-        raise _cannot_write(folder, error) from error
+    with lock:
+        with _as_output_error(folder):
+            _acquire(lock, folder)
+        yield lock
+
+
+def _acquire(lock: BinaryIO, folder: Path) -> None:
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
-        lock.close()
         raise OutputError(
-            f"{folder}: another sweep is writing to it; wait until it ends, or choose another --out"
+            f"{folder}: another command is writing to it; wait until it ends, or choose another --out"
         ) from error
-    return lock
 
 
-def _cannot_write(folder: Path, error: OSError) -> OutputError:
-    return OutputError(
-        f"{folder}: cannot write there ({error.strerror or error}); free some space, or choose another --out"
-    )
+def _refuse_former(folder: Path) -> None:
+    """Raise an OutputError if the folder holds rows, but not in SQLite."""
+    former = [folder / name for name in FORMER if (folder / name).exists()]
+    if former and not (folder / ROWS).exists():
+        raise OutputError(
+            f"{former[0]}: holds rows that are not in {ROWS}, as luxloop 0.1 wrote them; choose a new --out, or delete "
+            "it to run all again"
+        )
+
+
+@contextmanager
+def _as_output_error(folder: Path) -> Iterator[None]:
+    """Raise an OutputError for errors of the disk and of SQLite."""
+    try:
+        yield
+    except (OSError, sqlite3.DatabaseError) as error:
+        if getattr(error, "sqlite_errorcode", None) in UNREADABLE:
+            raise OutputError(f"{folder / ROWS}: cannot be read as rows ({error}); choose a new --out") from error
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(
+            f"{folder}: cannot write there ({reason}); the disk may be full: free some space, or choose another --out"
+        ) from error

@@ -13,7 +13,7 @@ from luxloop.scenarios.grading.emergence_names import SURVIVAL, survival_measure
 from luxloop.scenarios.grading.metric_definition import Definition
 from luxloop.scenarios.grading.metric_names import METRICS, REGISTRY
 from luxloop.scenarios.grading.own_metric import OwnMetric, definitions_of
-from luxloop.scenarios.study.parameter import Parameter, Strict, distinct
+from luxloop.scenarios.study.parameter import Parameter, Strict, Value, distinct
 
 Json = dict[str, Any]
 Seed = Annotated[int, Field(ge=0)]
@@ -160,9 +160,12 @@ class Study(Strict):
         keys = [parameter.key for parameter in self.vary]
         if len(set(keys)) < len(keys):
             raise ValueError("a key is varied twice; put all its values into one [[vary]] table")
-        if twice := sorted({*keys} & {*self.fixed}):
+        targets = [key for parameter in self.vary for key in parameter.targets]
+        if repeated := [key for key in dict.fromkeys(targets) if targets.count(key) > 1]:
+            raise ValueError(f"{repeated[0]} is set twice by [[vary]] tables; take it out of one of them")
+        if twice := sorted({*targets, *keys} & {*self.fixed}):
             raise ValueError(f"{twice[0]} is both varied and fixed; take it out of [fixed]")
-        if "seed" in (*keys, *self.fixed):
+        if "seed" in (*targets, *keys, *self.fixed):
             raise ValueError("seed cannot be varied or fixed; every combination runs with each of `seeds`")
         self._check_threshold()
         for parameter in self.vary:
@@ -180,6 +183,14 @@ class Study(Strict):
             if goal:
                 unit_of(goal.metric, self.metric)
         return self
+
+    def scenario_values(self, values: dict[str, Value]) -> dict[str, Value]:
+        """Return the keys that parameters set with their values; fixed keys are returned as they are."""
+        tied = {parameter.key: parameter.sets for parameter in self.vary if parameter.sets}
+        found: dict[str, Value] = {}
+        for key, value in values.items():
+            found |= {one.key: one.value(value) for one in tied[key]} if key in tied else {key: value}
+        return found
 
     def _check_threshold(self) -> None:
         """Raise a ValueError if `[threshold]` does not name a varied range."""

@@ -9,12 +9,17 @@ from luxloop.scenarios.report import figure_files
 from luxloop.scenarios.report.html import pages
 from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
 from luxloop.scenarios.study.curves import LEVELS, differences, estimates, measured
-from luxloop.scenarios.study.estimate_cells import estimate_cells, estimate_head, interval_cells, kind_of
 from luxloop.scenarios.study.figures import Picture, label, picture, text
-from luxloop.scenarios.study.point_runs import point_runs
 from luxloop.scenarios.study.study_file import Curve, Study
+from luxloop.scenarios.study.study_tables import (
+    estimate_cells,
+    estimate_head,
+    interval_cells,
+    kind_of,
+    point_runs,
+    survival_lines,
+)
 from luxloop.scenarios.study.survival_picture import survival_picture
-from luxloop.scenarios.study.survival_table import survival_lines
 from luxloop.scenarios.study.sweep_runs import Sweep
 from luxloop.scenarios.study.worker import BROKEN
 

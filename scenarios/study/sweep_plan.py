@@ -1,16 +1,25 @@
 """Runs of a sweep that have no row yet, planned while earlier ones are executed."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, islice
+from typing import Any
 
-from luxloop.scenarios.study import design
+from luxloop.scenarios.study import design, run_content
 from luxloop.scenarios.study.design import StudyRun
-from luxloop.scenarios.study.row_reasons import RETRIED, RowReasons, combination
-from luxloop.scenarios.study.row_store import RowStore
+from luxloop.scenarios.study.row_store import RowStore, RunRow
 from luxloop.scenarios.study.study_file import Study
 
+NEW = "new"
+TAKEN_OVER = "taken over: the same scenario, files, sources and versions"
+RETRIED = "run again: it ended with an error"
+AGAIN = "run again: "
+"""Reasons why the row of a run is taken over from an earlier start, or the run is executed."""
 CHECKED_FIRST = 100
 """Combinations that are built and validated before the first run; the others are while earlier ones are executed."""
+
+Combination = tuple[str, ...]
+"""Texts of seed, tracker and values of all parameters."""
 
 
 class SweepPlan:
@@ -34,9 +43,10 @@ class SweepPlan:
     """
 
     def __init__(self, study: Study, tracker: str, rows: RowStore, *, retry_errors: bool) -> None:
-        self._status = {key: row["status"] for key, row in rows.earlier.items()}
         self._parameters = [parameter.key for parameter in study.vary]
-        self._rows = rows
+        known = ("key", "status", "inputs", "seed", "tracker", *self._parameters)
+        self._earlier = [{name: row[name] for name in known} for row in rows.facts()]
+        self._status = {row["key"]: row["status"] for row in self._earlier}
         self._retry_errors = retry_errors
         new, earlier = self._split(study, tracker)
         planned = design.plan(study, tracker, new + earlier)
@@ -54,7 +64,7 @@ class SweepPlan:
         Only the scene tells whether such rows are up to date. Those scenes are built last: the first run of a resumed
         sweep does not wait for them.
         """
-        rows = (row for row in self._rows.earlier.values() if not self._is_retried(row["status"]))
+        rows = (row for row in self._earlier if not self._is_retried(row["status"]))
         known = {combination(row, self._parameters) for row in rows}
         split: tuple[list[int], list[int]] = [], []
         for number, values in enumerate(design.combinations(study)):
@@ -86,7 +96,7 @@ class SweepPlan:
         StudyError
             A combination after the first `CHECKED_FIRST` is not a valid scenario.
         """
-        seen, reasons = set[str](), None
+        seen, inputs = set[str](), dict[Combination, str]()
         for run in self._planned:
             key = run.key
             self._keys[run.index] = key
@@ -96,5 +106,31 @@ class SweepPlan:
                 self.taken_over.add(key)
             elif key not in seen:
                 seen.add(key)
-                reasons = reasons or RowReasons(self._parameters, self._rows.earlier.values())
-                yield run.because(RETRIED if retried else reasons.why_run(run))
+                inputs = inputs or {combination(row, self._parameters): row["inputs"] for row in self._earlier}
+                yield run.because(RETRIED if retried else why_run(run, inputs))
+
+
+def why_run(run: StudyRun, inputs: Mapping[Combination, str]) -> str:
+    """Return why a run without a row is executed: it is new, or its inputs differ from those of an earlier row.
+
+    Parameters
+    ----------
+    run
+        The run.
+    inputs
+        Digests of the inputs of earlier rows, as JSON; the latest of each combination.
+    """
+    before = inputs.get(combination({"seed": run.seed, "tracker": run.tracker, **run.parameters}, [*run.parameters]))
+    if before is None:
+        return NEW
+    return AGAIN + ", ".join(run_content.changes(json.loads(before or "{}"), run.inputs))
+
+
+def combination(row: RunRow, parameters: Sequence[str]) -> Combination:
+    """Return seed, tracker and values of the varied parameters of a row as texts, which can be compared."""
+    values = (row[key] for key in ("seed", "tracker", *parameters))
+    return tuple(f"{float(value):.12g}" if _is_number(value) else str(value) for value in values)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -6,17 +6,16 @@ from itertools import chain
 from pathlib import Path
 
 import pandas as pd
+import pyarrow as pa
 
 from luxloop.scenarios.errors import InputError, Interrupted, OutputError
 from luxloop.scenarios.grading.emergence_names import survival_measure
 from luxloop.scenarios.run import device, progress
 from luxloop.scenarios.study import design
-from luxloop.scenarios.study.row_format import FIXED_COLUMNS
-from luxloop.scenarios.study.row_reasons import TAKEN_OVER
-from luxloop.scenarios.study.row_store import RowStore
+from luxloop.scenarios.study.row_store import FIXED_COLUMNS, TABLE, RowStore, schema_of
 from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.survival import survival_columns
-from luxloop.scenarios.study.sweep_plan import SweepPlan
+from luxloop.scenarios.study.sweep_plan import TAKEN_OVER, SweepPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +41,6 @@ def sweep(
     scheduler: str | None = None,
     keep_at: str | None = None,
     retry_errors: bool = False,
-    parts: str | None = None,
 ) -> Sweep:
     """Execute all runs of a study that have no row yet.
 
@@ -62,9 +60,6 @@ def sweep(
         Folder or fsspec URL that receives the folder of every run; default: only the rows are kept.
     retry_errors
         True to execute runs again whose row has the status `error`.
-    parts
-        Folder or fsspec URL that receives the rows from the workers, as Parquet parts; default: they come back through
-        the scheduler.
 
     Raises
     ------
@@ -77,15 +72,17 @@ def sweep(
     count = len(combinations) * len(study.seed_list)
     device.load(tracker)  # an invalid tracker is reported once, not in every row
     values = {parameter.key: [values[parameter.key] for values in combinations] for parameter in study.vary}
-    with RowStore.opened(out, values, [metric.name for metric in study.metric], parts) as rows:
+    schema = schema_of(values, [metric.name for metric in study.metric])
+    with RowStore.opened(out, values) as rows:
         plan = SweepPlan(study, tracker, rows, retry_errors=retry_errors)
         try:
-            _execute(plan, rows, count, workers, scheduler, keep_at, parts, study.path.stem)
+            _execute(plan, rows, count, workers, scheduler, keep_at, study.path.stem)
         except KeyboardInterrupt as error:
-            raise Interrupted(f"interrupted; {_state(plan, rows, count, out)}") from error
+            raise Interrupted(f"interrupted; {_state(plan, rows, schema, count, out)}") from error
         except InputError as error:
-            raise type(error)(f"{error}; {_state(plan, rows, count, out)}") from error
-        found = rows.merge(plan.keys, plan.taken_over, TAKEN_OVER, columns(study))
+            raise type(error)(f"{error}; {_state(plan, rows, schema, count, out)}") from error
+        rows.write_table(schema, plan.keys, plan.taken_over, TAKEN_OVER)
+        found = pd.read_parquet(out / TABLE, columns=columns(study))
         return Sweep(study, found, count, len(plan.taken_over), keep_at)
 
 
@@ -96,7 +93,6 @@ def _execute(
     workers: int,
     scheduler: str | None,
     keep_at: str | None,
-    parts: str | None,
     name: str,
 ) -> None:
     """Execute the missing runs and store their rows; without any, nothing is started."""
@@ -106,14 +102,13 @@ def _execute(
         return
     from luxloop.scenarios.study import dask_runs  # imports dask, which is slow and optional
 
-    delivery = dask_runs.Delivery(keep_at, rows.format, parts)
     with (
         dask_runs.connect(min(workers, count), scheduler) as client,
         progress.runs(name, count, len(plan.taken_over)) as advance,
     ):
         known = len(plan.taken_over)
-        for batch in dask_runs.lines_of(client, chain([first], missing), count, delivery):
-            rows.add_lines([run.key for run, _ in batch], [line for _, line in batch])
+        for batch in dask_runs.rows_of(client, chain([first], missing), count, keep_at):
+            rows.add(batch)
             advance(len(batch) + len(plan.taken_over) - known)
             known = len(plan.taken_over)
 
@@ -128,10 +123,10 @@ def columns(study: Study) -> list[str]:
     return list(dict.fromkeys([*FIXED_COLUMNS[:4], *(p.key for p in study.vary), *FIXED_COLUMNS[4:-1], *metrics]))
 
 
-def _state(plan: SweepPlan, rows: RowStore, count: int, out: Path) -> str:
-    """Merge the rows of an unfinished sweep and return a message with their number."""
+def _state(plan: SweepPlan, rows: RowStore, schema: pa.Schema, count: int, out: Path) -> str:
+    """Write the table of an unfinished sweep and return a message with the number of its rows."""
     keys = plan.keys
-    with suppress(OutputError):  # if the disk is full, the rows stay in the append log
-        rows.merge(keys, plan.taken_over, TAKEN_OVER, ["key"])
+    with suppress(OutputError):  # if the disk is full, the rows are in the SQLite file
+        rows.write_table(schema, keys, plan.taken_over, TAKEN_OVER)
     unseen = f", and up to {plan.unseen} of an earlier start" if plan.unseen else ""
     return f"{len(rows.keys.intersection(keys))} of {count} rows are in {out}{unseen}; run the same command to resume"

@@ -12,9 +12,8 @@ from luxloop.scenarios.errors import OutputError, StudyError
 from luxloop.scenarios.exit_codes import INTERNAL_ERROR, ExitCode, explain
 from luxloop.scenarios.files.shipped import CATALOG
 from luxloop.scenarios.run.versions import Versions, installed
-from luxloop.scenarios.study import row_parts
 from luxloop.scenarios.study.design import StudyRun
-from luxloop.scenarios.study.row_format import RowFormat, RunRow
+from luxloop.scenarios.study.row_store import RowText, RunRow, as_text
 
 BROKEN = ("error", "incomplete")
 """Status of runs excluded from statistics: they failed, or measured less time than the others."""
@@ -26,30 +25,12 @@ _printed: set[str] = set()
 """Places in the code whose internal error this process has printed; a defect may end every run of a study."""
 
 
-def carry_out_as_lines(
-    runs: list[StudyRun], keep_at: str | None, need: Versions, form: RowFormat | None, parts: str | None
-) -> list[str]:
+def carry_out_as_texts(runs: list[StudyRun], keep_at: str | None, need: Versions) -> list[RowText]:
     """Execute runs one after the other as `carry_out`, and return their rows as text.
 
     Text is much cheaper to transfer: Dask serialises a dictionary item by item, which takes 30 ms per row.
-
-    Parameters
-    ----------
-    form
-        Format of the lines; default: JSON of all values.
-    parts
-        Folder or fsspec URL that receives the rows as a Parquet part; the lines are then empty.
     """
-    rows = [carry_out(run, keep_at, need) for run in runs]
-    if parts is not None and form is not None:
-        row_parts.write(parts, form, rows)
-        return [""] * len(rows)
-    return [form.line(row) if form else as_json(row) for row in rows]
-
-
-def as_json(row: RunRow) -> str:
-    """Return a row as JSON without nulls."""
-    return json.dumps({name: value for name, value in row.items() if value is not None})
+    return [as_text(carry_out(run, keep_at, need)) for run in runs]
 
 
 def carry_out(run: StudyRun, keep_at: str | None = None, need: Versions | None = None) -> RunRow:

@@ -2,10 +2,11 @@
 
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pandas as pd
@@ -73,13 +74,22 @@ def end(process: subprocess.Popen[str]) -> None:
 
 
 def rows_so_far(study: Path) -> int:
-    """Return the number of rows in the append log of a running sweep."""
-    path = study.parent / "out" / "runs.jsonl"
-    return path.read_bytes().count(b"\n") if path.is_file() else 0
+    """Return the number of rows of a sweep, also while it runs."""
+    return len(stored(study.parent / "out"))
+
+
+def stored(folder: Path) -> dict[str, str]:
+    """Return the trace hashes of the rows in the SQLite file of a folder by key, in the order of their arrival."""
+    if not (folder / "runs.sqlite").is_file():
+        return {}
+    with closing(sqlite3.connect(f"file:{folder / 'runs.sqlite'}?mode=ro", uri=True, timeout=PATIENCE_S)) as database:
+        if not database.execute("SELECT 1 FROM sqlite_master WHERE name = 'runs'").fetchone():
+            return {}  # a command has just begun
+        return dict(database.execute("SELECT key, facts ->> 'trace_hash' FROM runs ORDER BY rowid"))
 
 
 def wait_for_rows(study: Path, count: int, process: subprocess.Popen[str]) -> None:
-    """Wait until the append log of a sweep has `count` rows."""
+    """Wait until a sweep has `count` rows."""
     deadline = time.monotonic() + PATIENCE_S
     while rows_so_far(study) < count:
         assert process.poll() is None, f"the sweep ended: {process.communicate()}"

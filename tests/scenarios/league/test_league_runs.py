@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pandas as pd
@@ -23,6 +25,7 @@ from luxloop.scenarios.league.standings import pooled_hota
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.run import device, run_folder
 from luxloop.scenarios.run.device import REFERENCE
+from luxloop.scenarios.study.row_store import LOCK, ROWS, RowStore, as_text
 
 SEED = 3
 
@@ -100,15 +103,42 @@ def test_blame_is_named_exactly_where_another_tracker_has_the_highest_hota(leagu
 
 def test_a_second_start_takes_up_finished_runs_and_runs_only_what_is_missing(league):
     out, scenarios, _ = league
-    before = {path: path.stat().st_mtime_ns for path in (out / "rows").iterdir()}
-    missing = out / "rows" / f"norfair-left-seed{SEED}.json"
-    text = missing.read_text(encoding="utf-8")
-    missing.unlink()
+    before, folders = rows_in(out), times_of(out / "runs")
+    missing = next(key for key, row in before.items() if (row["tracker"], row["scenario"]) == ("norfair", "left"))
+    remove(out, missing)
     assert run(scenarios, out) == 0
-    after = {path: path.stat().st_mtime_ns for path in (out / "rows").iterdir()}
-    assert {path for path in after if after[path] != before[path]} == {missing}
-    again, earlier = json.loads(missing.read_text(encoding="utf-8")), json.loads(text)
-    assert all(again[key] == earlier[key] for key in earlier if not key.startswith("step_ms"))
+    after = rows_in(out)
+    assert {path for path, time in times_of(out / "runs").items() if time != folders[path]} == {
+        Path("norfair") / f"left-seed{SEED}"
+    }
+    assert list(after) == [*(key for key in before if key != missing), missing]
+    assert all(after[key] == before[key] for key in before if key != missing)
+    assert all(after[missing][name] == before[missing][name] for name in before[missing] if "step_ms" not in name)
+
+
+def rows_in(out):
+    with RowStore.opened(out, league_runs.COLUMNS) as rows:
+        return {row["key"]: row for row in rows.facts()}
+
+
+def remove(out, key):
+    with closing(sqlite3.connect(out / ROWS)) as database, database:
+        database.execute("DELETE FROM runs WHERE key = ?", [key])
+
+
+def times_of(folder):
+    """Return the time of the last change of each run folder."""
+    return {path.relative_to(folder): path.stat().st_mtime_ns for path in folder.glob("*/*")}
+
+
+def test_two_processes_give_the_same_rows(league, rows, tmp_path):
+    names = "paper,nearest-neighbour"
+    options = ["--seeds", str(SEED), "--workers", "2", "--out", str(tmp_path / "out"), "-q", "--trackers", names]
+    assert main(["league", *league[1], *options]) == 0
+    found = pd.read_csv(tmp_path / "out" / "league.csv")
+    timeless = [name for name in found if "step_ms" not in name]
+    expected = rows[rows["tracker"].isin(found["tracker"])].reset_index(drop=True)
+    pd.testing.assert_frame_equal(found[timeless], expected[timeless])
 
 
 def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, tmp_path, capsys):
@@ -121,9 +151,10 @@ def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, t
     assert row["hota"] is None
     copy = tmp_path / "out"
     shutil.copytree(out, copy)
-    path = league_runs.row_path(drive, "norfair")
-    failed = {**json.loads(path.read_text(encoding="utf-8")), **row}
-    (copy / "rows" / path.name).write_text(json.dumps(failed), encoding="utf-8")
+    key = league_runs.row_key(drive, entrants()["norfair"])
+    failed = {**rows_in(out)[key], **row}
+    with RowStore.opened(copy, league_runs.COLUMNS) as stored:
+        stored.add([as_text(failed)])
     capsys.readouterr()
     assert run(scenarios, copy, "--json") == 1
     document = json.loads(capsys.readouterr().out)
@@ -167,7 +198,7 @@ def test_bad_input_is_one_line(arguments, message, tmp_path, capsys, monkeypatch
         (["out/notes.txt"], "out: holds other files than those of a league; choose another folder with --out"),
         (["out/runs/mine"], "out: holds other files than those of a league; choose another folder with --out"),
         (["out"], "out: is a file; choose another folder with --out"),
-        (["out/rows"], "out/rows: is a file, but a league has a folder there; choose another with --out"),
+        (["out/scans"], "out/scans: is a file, but a league has a folder there; choose another with --out"),
     ],
 )
 def test_a_folder_of_other_files_is_refused_and_left_as_it_is(files, message, tmp_path, capsys, monkeypatch):
@@ -182,10 +213,28 @@ def test_a_folder_of_other_files_is_refused_and_left_as_it_is(files, message, tm
 
 
 def test_a_league_that_was_killed_while_it_recorded_is_continued(tmp_path):
-    for names in ((), ("scans",), ("scans", "rows")):
-        for name in names:
-            (tmp_path / name).mkdir(exist_ok=True)
-        refuse_other_files(tmp_path)
-    (tmp_path / "rows" / "scans-left-seed3.json").write_text("{}")
+    refuse_other_files(tmp_path)
+    (tmp_path / LOCK).write_text("")
+    refuse_other_files(tmp_path)
+    (tmp_path / "scans").mkdir()
+    refuse_other_files(tmp_path)
+    (tmp_path / ROWS).write_text("")
     (tmp_path / "runs").mkdir()
     refuse_other_files(tmp_path)
+
+
+@pytest.mark.parametrize("begun", ["rows/norfair-left-seed3.json", "study"])
+def test_a_folder_of_version_0_1_or_of_a_study_is_one_line(begun, tmp_path, capsys):
+    out, scenarios = tmp_path / "out", league_scenes.write(tmp_path)
+    if begun == "study":
+        with RowStore.opened(out, ["gap_m"]) as rows:
+            rows.add([as_text({"key": "a", "seed": 1, "gap_m": 3.0})])
+    else:
+        (out / begun).parent.mkdir(parents=True)
+        (out / begun).write_text("{}")
+        (out / "league.json").write_text("{}")
+    assert run(scenarios, out) == 2
+    message = "holds rows of another study" if begun == "study" else "rows: holds rows that are not in runs.sqlite"
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1

@@ -1,9 +1,8 @@
-"""Runs, sweeps, searches and suites of pytest, ended by KILL, TERM, HUP and INT at random moments.
+"""Runs, sweeps, searches, leagues and suites of pytest, ended by KILL, TERM, HUP and INT at random moments.
 
 Nothing that was complete is lost, nothing half-written reads as a result, and the next start goes on.
 """
 
-import json
 import os
 import random
 import re
@@ -18,8 +17,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from support import short_run, warm_process
+from support import league_scenes, short_run, warm_process
 from support.processes import children_of, files_of, heed_hangups, is_dead, until
+from support.sweeps import stored
 
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.run import run_folder
@@ -41,20 +41,36 @@ neutral = 0.0
 SEARCH = '\n[search]\nmetric = "track.hota"\nmin = -1.0\ntrials = 12\nat_once = 2\n'
 PYTEST = ["pytest", "suite", "-q", "-p", "no:cacheprovider", "--luxloop-out", "runs"]
 COMMANDS = {
-    "run": ["scenarios", "run", "short.toml", "--out", "runs/here", "--record-scans", "--quiet"],
-    "sweep": ["scenarios", "sweep", "sweep.toml", "--workers", "1", "--out", "rows", "--quiet"],
-    "search": ["scenarios", "search", "search.toml", "--workers", "1", "--out", "found"],
+    "run": ["luxloop", "run", "short.toml", "--out", "runs/here", "--record-scans", "--quiet"],
+    "sweep": ["luxloop", "sweep", "sweep.toml", "--workers", "1", "--out", "rows", "--quiet"],
+    "search": ["luxloop", "search", "search.toml", "--workers", "1", "--out", "found"],
+    "league": [
+        "luxloop",
+        "league",
+        "left.toml",
+        "right.toml",
+        "--seeds",
+        "3",
+        "--trackers",
+        "paper,nearest-neighbour",
+        "--workers",
+        "2",
+        "--out",
+        "league",
+        "--quiet",
+    ],
     "pytest": PYTEST,
 }
 KILLS = 25
-"""Kills of each command: 100 in all."""
+"""Kills of each command: 125 in all."""
 PATIENCE_S = 300.0
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with a scenario, a study, a search and a suite."""
+    """A folder with a scenario, a study, a search, the scenarios of a league, and a suite."""
     short_run.write(tmp_path)
+    league_scenes.write(tmp_path)
     values = "values = [0.0, 0.1, 0.2]"
     (tmp_path / "sweep.toml").write_text(STUDY.format(seeds="seeds = 4", values=values))
     low_high = "low = 0.0\nhigh = 0.5"
@@ -99,7 +115,7 @@ def lasts(name: str) -> float:
     """Return an estimate of the duration of a command on this machine [s]: that of the start, several times."""
     begin = time.monotonic()
     subprocess.run([sys.executable, "-c", "import luxloop.scenarios.execute"], check=True)
-    return (time.monotonic() - begin) * {"run": 4.0, "sweep": 10.0, "search": 6.0, "pytest": 8.0}[name]
+    return (time.monotonic() - begin) * {"run": 4.0, "sweep": 10.0, "search": 6.0, "league": 12.0, "pytest": 8.0}[name]
 
 
 def start(name: str, folder: Path) -> subprocess.Popen[str]:
@@ -192,13 +208,11 @@ def found(name: str, folder: Path) -> dict[str, object]:
         return runs_in(folder / "runs")
     if name == "pytest":
         return runs_in(folder / "runs")
-    if name == "search":
-        return {row["key"]: row["trace_hash"] for row in lines(folder / "found" / "answers.jsonl")}
-    rows = {row["key"]: row["trace_hash"] for row in lines(folder / "rows" / "runs.jsonl")}
-    for table in (folder / "rows" / "runs.parquet", folder / "rows" / "earlier.parquet"):
-        if table.is_file():
-            rows |= dict(pd.read_parquet(table)[["key", "trace_hash"]].itertuples(index=False))
-    return rows
+    out = folder / {"sweep": "rows", "search": "found", "league": "league"}[name]
+    rows = stored(out)
+    if (out / "runs.parquet").is_file():  # of this start or an earlier one
+        assert rows.items() >= dict(pd.read_parquet(out / "runs.parquet")[["key", "trace_hash"]].values).items()
+    return dict(rows)
 
 
 def runs_in(folder: Path) -> dict[str, object]:
@@ -212,12 +226,6 @@ def runs_in(folder: Path) -> dict[str, object]:
     return {run.name: run_folder.read(run).trace_hash for run in visible}
 
 
-def lines(path: Path) -> list[dict[str, str]]:
-    """Return the complete lines of a log; only the last may be incomplete."""
-    text = path.read_text() if path.is_file() else ""
-    return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
-
-
 def assert_kept(before: dict[str, object], now: dict[str, object]) -> None:
     """Check that every result is still there and the same."""
     assert {key: now.get(key) for key in before} == before
@@ -225,7 +233,11 @@ def assert_kept(before: dict[str, object], now: dict[str, object]) -> None:
 
 def assert_whole(name: str, folder: Path) -> None:
     """Check that the last start, which was not interrupted, completed the command."""
-    expected = {"run": 1, "pytest": 3, "sweep": 12}
+    expected = {"run": 1, "pytest": 3, "sweep": 12, "league": 6}
     results = found(name, folder)
+    if name in ("sweep", "search"):
+        assert sorted(
+            pd.read_parquet(folder / {"sweep": "rows", "search": "found"}[name] / "runs.parquet")["key"]
+        ) == sorted(results)
     assert len(results) == expected.get(name, len(results))
     assert results

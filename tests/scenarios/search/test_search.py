@@ -12,11 +12,13 @@ pytest.importorskip("optuna", reason="the extra luxloop[search] is not installed
 
 from support import crossing_ids
 from support.stub_trackers import Perfect
+from support.sweeps import stored
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import OutputError, StudyError
 from luxloop.scenarios.run import run_folder
-from luxloop.scenarios.search.adversary import EVALUATIONS, RUN, search
+from luxloop.scenarios.search.adversary import RUN, search
+from luxloop.scenarios.study.row_store import ROWS, RowStore, as_text
 from luxloop.scenarios.study.study_file import Study
 
 LIMIT = 'metric = "track.id_switches"\nmax = 0\n'
@@ -53,8 +55,9 @@ def document(out):
 
 def test_a_planted_bug_is_found_in_fewer_than_150_runs_and_needs_two_cars(found_in):
     """Fails for an unguided search, or one that keeps unrelated actors."""
-    evaluations = [json.loads(line) for line in (found_in / EVALUATIONS).read_text().splitlines()]
-    first = next(n for n, one in enumerate(evaluations) if one["value"] and one["value"] > 0)
+    with RowStore.opened(found_in) as rows:
+        evaluations = [row.get("track.id_switches") for row in rows.rows()]
+    first = next(n for n, value in enumerate(evaluations) if value and value > 0)
     assert first < 150
     assert len(evaluations) < 150
     traffic = document(found_in)["traffic"]
@@ -94,20 +97,32 @@ def test_two_workers_find_the_same_as_one(found_in, tmp_path):
     """Fails if proposals depend on the worker or on the order of completion."""
     search(Study.load(crossing_ids.write(found_in.parent)), crossing_ids.SPEC, tmp_path, print, workers=2)
     assert (tmp_path / "planted.toml").read_text() == (found_in / "planted.toml").read_text()
-    logs = [sorted((folder / EVALUATIONS).read_text().splitlines()) for folder in (tmp_path, found_in)]
-    assert logs[0] == logs[1]
+    assert sorted(stored(tmp_path).items()) == sorted(stored(found_in).items())
+    tables = [pd.read_parquet(folder / "runs.parquet") for folder in (tmp_path, found_in)]
+    assert tables[0]["key"].tolist() == tables[1]["key"].tolist()
 
 
 def test_a_second_start_repeats_no_run_and_finds_the_same(found_in, tmp_path):
-    """Also after a kill during a write, which leaves a partial line."""
+    """The last row is missing, as after a kill."""
     first = tmp_path / "out"
-    lines = (found_in / EVALUATIONS).read_text().splitlines(keepends=True)
-    first.mkdir()
-    (first / EVALUATIONS).write_text("".join(lines[:-1]) + lines[-1][:20])
+    with RowStore.opened(found_in) as rows, RowStore.opened(first) as fewer:
+        *kept, last = [row | {"why": "kept"} for row in rows.rows()]
+        fewer.add([as_text(row) for row in kept])
     study = Study.load(crossing_ids.write(found_in.parent))
     search(study, crossing_ids.SPEC, first, print)
-    assert (first / EVALUATIONS).read_text().splitlines(keepends=True) == lines
+    assert list(stored(first).items()) == list(stored(found_in).items())
+    with RowStore.opened(first) as rows:
+        assert [row["why"] for row in rows.facts()] == ["kept"] * len(kept) + [""]
+        assert rows.keys == {*stored(first)} == {row["key"] for row in (*kept, last)}
     assert (first / "planted.toml").read_text() == (found_in / "planted.toml").read_text()
+
+
+def test_the_table_has_a_row_per_evaluated_scenario_in_their_order(found_in):
+    table = pd.read_parquet(found_in / "runs.parquet")
+    assert table["key"].tolist() == list(stored(found_in))
+    assert table["index"].tolist() == list(range(len(table)))
+    assert table["trace_hash"].tolist() == list(stored(found_in).values())
+    assert table["track.id_switches"].max() > 0
 
 
 def test_a_sound_tracker_passes_the_search(tmp_path, capsys):
@@ -134,10 +149,7 @@ def test_ctrl_c_reports_the_number_of_evaluations_and_the_next_start_reuses_them
     study = changed(tmp_path, "trials = 25", "trials = 4")
     options = ["--tracker", f"{__name__}:InterruptedOnce", "--out", str(tmp_path / "out"), "--workers", "1"]
     assert main(["search", str(study), *options]) == 130
-    assert (
-        f"interrupted; 2 evaluations are in {tmp_path}/out/{EVALUATIONS}; run the same command"
-        in capfd.readouterr().err
-    )
+    assert f"interrupted; 2 evaluations are in {tmp_path}/out/{ROWS}; run the same command" in capfd.readouterr().err
     assert main(["search", str(study), *options]) == 0
     assert capfd.readouterr().out.startswith("2 evaluations of an earlier start are reused\nno failure in 4 runs")
 
@@ -180,10 +192,11 @@ def test_a_study_without_a_search_is_refused(tmp_path):
         search_with(tmp_path, table, "samples = 3\n")
 
 
-def test_an_unrelated_log_is_not_overwritten(tmp_path):
+@pytest.mark.parametrize("name", [ROWS, "answers.jsonl"])
+def test_an_unrelated_file_of_rows_is_not_overwritten(name, tmp_path):
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / EVALUATIONS).write_text('{"a": 1}\n')
-    with pytest.raises(OutputError, match="choose a new folder"):
+    (tmp_path / "out" / name).write_text('{"a": 1}\n' * 200)
+    with pytest.raises(OutputError, match=rf"{name}: .*choose a new --out"):
         search(Study.load(crossing_ids.write(tmp_path)), crossing_ids.SPEC, tmp_path / "out", print)
 
 
@@ -202,7 +215,7 @@ def test_the_output_ends_with_the_two_useful_lines_and_has_no_tables(tmp_path, c
     assert lines[-1].startswith("To run it: luxloop run ")
     assert len(lines) < 12
     assert "stopped after 6 runs of reduction ([search] reduction_runs); a smaller case may exist" in lines
-    assert len((tmp_path / "out" / EVALUATIONS).read_text().splitlines()) <= 4 + 6
+    assert len(stored(tmp_path / "out")) <= 4 + 6
     assert (tmp_path / "out" / RUN / "report.txt").is_file()
 
 
@@ -225,12 +238,14 @@ def test_the_objective_may_be_a_metric_of_one_s_own(tmp_path):
 
 def test_evaluations_with_errors_are_reused_unless_they_are_retried(tmp_path):
     study = Study.load(changed(tmp_path, "trials = 25", "trials = 4"))
-    tracker, log = f"{__name__}:sound", tmp_path / "out" / EVALUATIONS
-    assert search(study, tracker, tmp_path / "out", print) is None
-    rows = [json.loads(line) for line in log.read_text().splitlines()]
-    log.write_text("".join(json.dumps(row | {"error": "no memory"} if n else row) + "\n" for n, row in enumerate(rows)))
-    for retry, count in ((False, 4), (True, 7), (True, 7)):
+    tracker, out = f"{__name__}:sound", tmp_path / "out"
+    assert search(study, tracker, out, print) is None
+    with RowStore.opened(out) as rows:
+        rows.add([as_text(row | {"error": "no memory"}) for row in list(rows.rows())[1:]])
+    for retry, again, errors in ((False, False, 3), (True, True, 0), (True, False, 0)):
         lines = []
-        assert search(study, tracker, tmp_path / "out", lines.append, retry_errors=retry) is None
-        assert len(log.read_text().splitlines()) == count
-    assert "3 evaluations ended with an error and are run again" not in lines
+        assert search(study, tracker, out, lines.append, retry_errors=retry) is None
+        with RowStore.opened(out) as rows:
+            assert [row["error"] for row in rows.facts()].count("no memory") == errors
+        assert len(stored(out)) == 4
+        assert ("3 evaluations ended with an error and are run again" in lines) == again

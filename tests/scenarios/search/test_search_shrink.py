@@ -23,6 +23,7 @@ from luxloop.scenarios.search.optimise import Disturbance
 from luxloop.scenarios.search.shrink import HALVINGS, shrink, towards_neutral
 from luxloop.scenarios.study.design import source
 from luxloop.scenarios.study.parameter import Parameter
+from luxloop.scenarios.study.row_store import RowStore
 from luxloop.scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
 from luxloop.scenarios.study.study_file import Search, Study
 from luxloop.sensor_model.noise.noise_config import KINDS
@@ -203,14 +204,15 @@ def losing(config):
 def test_a_scenario_is_shortened_to_the_failing_frame_and_not_before(tracker, tmp_path):
     """If the run ended between reappearance and reacquisition, every tracker would seem to lose the car."""
     search = Search(metric="track.occlusion_survival", min=1.0)
-    evaluator = Evaluator(search, tmp_path / "x.toml", f"{__name__}:{tracker}", tmp_path / "answers")
     document = {**hidden_behind_wall(0.6, 12.0), "seed": 1, "sensor": {"footprint": [1, 1]}}
-    ended = reductions.shorten(document, evaluator, print)
-    assert evaluator.fails(ended)
-    if tracker == "losing":  # the metric has no value per frame
-        assert ended == document
-        return
-    worst = reductions.worst_frame(ended, evaluator)
+    with RowStore.opened(tmp_path / "out") as rows:
+        evaluator = Evaluator(search, tmp_path / "x.toml", f"{__name__}:{tracker}", rows)
+        ended = reductions.shorten(document, evaluator, print)
+        assert evaluator.fails(ended)
+        if tracker == "losing":  # the metric has no value per frame
+            assert ended == document
+            return
+        worst = reductions.worst_frame(ended, evaluator)
     assert "goes from track 1 to track 10001" in worst.what
     assert ended["duration_s"] == pytest.approx(worst.time_s + 0.08)
 

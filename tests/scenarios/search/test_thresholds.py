@@ -4,11 +4,12 @@ import json
 
 import pytest
 from support import short_memory
+from support.sweeps import stored
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.run import device
-from luxloop.scenarios.search.evaluator import EVALUATIONS
 from luxloop.scenarios.search.thresholds import thresholds
+from luxloop.scenarios.study.row_store import RowStore, as_text
 from luxloop.scenarios.study.study_file import Study
 
 MEMORY_S = 0.08 * (short_memory.MEMORY_FRAMES + 0.5)
@@ -48,28 +49,28 @@ def test_the_memory_of_a_tracker_is_found_in_eight_runs_of_each_setting(found):
 
 
 def test_a_restart_repeats_no_run_and_gives_the_same(found, tmp_path):
-    """A log of half of the runs, as after a kill."""
+    """Rows of half of the runs, as after a kill."""
     study, out = found
-    lines = (out / EVALUATIONS).read_text().splitlines(keepends=True)
     again = tmp_path / "out"
-    again.mkdir()
-    (again / EVALUATIONS).write_text("".join(lines[:9]) + lines[9][:20])
+    with RowStore.opened(out) as rows, RowStore.opened(again) as half:
+        half.add([as_text(row | {"why": "kept"}) for row in list(rows.rows())[:9]])
     assert command(study, again, "--json") == 0
-    assert (again / EVALUATIONS).read_text() == "".join(lines)
+    assert list(stored(again).items()) == list(stored(out).items())
+    with RowStore.opened(again) as rows:
+        assert [row["why"] for row in rows.facts()] == ["kept"] * 9 + [""] * 7
     assert document(again) == document(out)
 
 
 def test_runs_with_errors_are_run_again_only_if_asked(found, tmp_path):
     study, out = found
-    lines = [json.loads(line) for line in (out / EVALUATIONS).read_text().splitlines()]
-    (tmp_path / EVALUATIONS).write_text(
-        "".join(json.dumps(line | {"value": None, "error": "worker died"}) + "\n" for line in lines[:2])
-        + "".join(json.dumps(line) + "\n" for line in lines[2:])
-    )
+    with RowStore.opened(out) as rows, RowStore.opened(tmp_path) as copy:
+        first = list(rows.rows())
+        died = {"track.occlusion_survival": None, "status": "error", "error": "worker died"}
+        copy.add([as_text(row | died if n < 2 else row) for n, row in enumerate(first)])
     loaded = Study.load(study)
     settings = thresholds(loaded, short_memory.SPEC, tmp_path, lambda _: None, retry_errors=True)
-    assert [setting.trials[0].outcome for setting in settings] == [line["value"] for line in lines[:2]]
-    assert len((tmp_path / EVALUATIONS).read_text().splitlines()) == len(lines) + 2
+    assert [setting.trials[0].outcome for setting in settings] == [row["track.occlusion_survival"] for row in first[:2]]
+    assert stored(tmp_path) == stored(out)
 
 
 @pytest.mark.parametrize(

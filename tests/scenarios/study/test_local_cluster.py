@@ -48,7 +48,7 @@ def test_a_worker_that_restarts_slowly_executes_the_runs(tmp_path: Path):
         os.kill(restarted, signal.SIGSTOP)
         time.sleep(LONGER_THAN_DASK_WAITS_S)
         os.kill(restarted, signal.SIGCONT)
-        assert sum(len(batch) for batch in dask_runs.rows_of(client, short_runs(tmp_path))) == 8
+        assert sum(len(batch) for batch in dask_runs.rows_of(client, short_runs(tmp_path), 8)) == 8
 
 
 def test_workers_that_cannot_be_started_again_end_the_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -63,4 +63,4 @@ def sweep_without_workers(pending: list[StudyRun]) -> None:
         (nanny,) = client.cluster.workers.values()
         nanny.process.worker_kwargs["nthreads"] = "none"
         os.kill(worker_process(), signal.SIGKILL)
-        list(dask_runs.rows_of(client, pending))
+        list(dask_runs.rows_of(client, pending, len(pending)))

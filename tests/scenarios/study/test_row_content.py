@@ -14,9 +14,9 @@ from luxloop.scenarios.run import device
 from luxloop.scenarios.study import run_content, source_code
 from luxloop.scenarios.study.design import runs
 from luxloop.scenarios.study.named_files import named_files
-from luxloop.scenarios.study.row_reasons import NEW, TAKEN_OVER, RowReasons
 from luxloop.scenarios.study.run_content import Contents
 from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.sweep_plan import NEW, TAKEN_OVER, combination, why_run
 
 RIG = 'like = "srx_six_lux"\nmodel = "my_unit.toml"\n'
 UNIT = 'like = "lux"\nrange_max_m = 150.0\n'
@@ -138,10 +138,10 @@ def test_an_empty_reason_is_that_of_a_new_run(tmp_path):
     run = runs(study, device.SHIPPED)[0]
     row = {"seed": 1, "tracker": device.SHIPPED, "noise.dropout.random_rate": 0.0}
     parameters = ["noise.dropout.random_rate"]
-    assert RowReasons(parameters, []).why_run(run) == NEW
-    assert RowReasons(parameters, [{**row, "seed": 9, "inputs": "{}"}]).why_run(run) == NEW
+    assert why_run(run, {}) == NEW
+    assert why_run(run, {combination({**row, "seed": 9}, parameters): "{}"}) == NEW
     older = run.inputs | {"versions": run.inputs["versions"] | {"numpy": "1.0"}}
-    why = RowReasons(parameters, [{**row, "inputs": json.dumps(older)}]).why_run(run)
+    why = why_run(run, {combination(row, parameters): json.dumps(older)})
     assert why == f"run again: numpy 1.0 became {run.inputs['versions']['numpy']}"
 
 

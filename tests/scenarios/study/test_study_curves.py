@@ -8,12 +8,11 @@ import pandas as pd
 import pytest
 
 from luxloop.scenarios.statistics.bounded_mean import mid_p_interval
-from luxloop.scenarios.study.curves import differences, estimates, levels, measured
+from luxloop.scenarios.study.curves import differences, estimates, levels, measured, seed_dots
 from luxloop.scenarios.study.figures import picture
-from luxloop.scenarios.study.point_runs import point_runs
-from luxloop.scenarios.study.seed_dots import seed_dots
 from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.study_page import REPORT, numbers, report
+from luxloop.scenarios.study.study_tables import point_runs
 from luxloop.scenarios.study.sweep_runs import Sweep
 
 STUDY = """

@@ -10,7 +10,7 @@ from luxloop.scenarios.files.scenario import schema_text
 from luxloop.scenarios.run import device
 from luxloop.scenarios.study import row_store
 from luxloop.scenarios.study.design import runs
-from luxloop.scenarios.study.row_format import FIXED_COLUMNS
+from luxloop.scenarios.study.row_store import FIXED_COLUMNS
 from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.study_page import REPORT
 
@@ -47,5 +47,5 @@ def test_the_example_has_the_stated_number_of_runs(tmp_path: Path):
 
 
 def test_the_page_names_every_file_and_column():
-    for name in (row_store.RUNS, row_store.EARLIER, row_store.LOG, REPORT, *FIXED_COLUMNS):
+    for name in (row_store.TABLE, row_store.ROWS, REPORT, *FIXED_COLUMNS):
         assert f"`{name}`" in TEXT, name

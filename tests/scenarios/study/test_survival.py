@@ -11,8 +11,8 @@ from support.remission import PLACEBO, REACHED, TREATED
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.study import survival
 from luxloop.scenarios.study.study_file import Study
+from luxloop.scenarios.study.study_tables import survival_lines
 from luxloop.scenarios.study.survival_picture import survival_picture
-from luxloop.scenarios.study.survival_table import survival_lines
 
 EMERGE = "emergence.target"
 

@@ -1,4 +1,4 @@
-"""Large sweeps: bounded memory, lazy planning, several seeds per task, and rows as parts written by workers."""
+"""Large sweeps: bounded memory, lazy planning, and several seeds per task."""
 
 import json
 import os
@@ -11,7 +11,6 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from support.dask_cluster import cluster, worker_thread
 from support.processes import children_of
@@ -31,8 +30,7 @@ from luxloop.scenarios.grading.metric_names import METRICS
 from luxloop.scenarios.run import device
 from luxloop.scenarios.study import dask_runs, design, sweep_plan
 from luxloop.scenarios.study.design import runs
-from luxloop.scenarios.study.row_merge import BUCKET
-from luxloop.scenarios.study.row_store import RowStore
+from luxloop.scenarios.study.row_store import RowStore, as_text
 from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.sweep_plan import SweepPlan
 from luxloop.scenarios.study.sweep_runs import columns
@@ -70,12 +68,12 @@ def test_a_resumed_sweep_begins_before_the_scenes_of_earlier_rows_are_built(tmp_
     """Of 20 combinations the last one has no row, another one a row with other inputs: that one is found at the end."""
     study, built = Study.load(staged(tmp_path, 20)), list[float]()
     planned = runs(study, device.SHIPPED)
-    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
-        store.add([row_of(run) | ({"key": "old"} if run.index == 14 else {}) for run in planned[:-1]])
+    with RowStore.opened(tmp_path / "out", ["occlusion_s"]) as store:
+        store.add([as_text(row_of(run) | ({"key": "old"} if run.index == 14 else {})) for run in planned[:-1]])
     scene = design._staged
     monkeypatch.setattr(design, "_staged", lambda *a: built.append(a[2]["occlusion_s"]) or scene(*a))
     monkeypatch.setattr(sweep_plan, "CHECKED_FIRST", 5)
-    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+    with RowStore.opened(tmp_path / "out", ["occlusion_s"]) as store:
         plan = SweepPlan(study, device.SHIPPED, store, retry_errors=False)
         missing = plan.missing()
         assert next(missing).index == 19
@@ -89,10 +87,10 @@ def test_a_resumed_sweep_begins_before_the_scenes_of_earlier_rows_are_built(tmp_
 
 def test_combinations_with_an_error_are_built_first_if_they_are_run_again(tmp_path: Path):
     study = Study.load(staged(tmp_path, 3))
-    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+    with RowStore.opened(tmp_path / "out", ["occlusion_s"]) as store:
         *passed, failed = [row_of(run) for run in runs(study, device.SHIPPED)]
-        store.add([*passed, failed | {"status": "error"}])
-    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+        store.add([as_text(row) for row in (*passed, failed | {"status": "error"})])
+    with RowStore.opened(tmp_path / "out", ["occlusion_s"]) as store:
         plan = SweepPlan(study, device.SHIPPED, store, retry_errors=True)
         missing = plan.missing()
         assert next(missing).index == 2
@@ -118,81 +116,16 @@ def test_short_runs_are_grouped_and_long_ones_are_alone(tmp_path: Path):
     assert [len(group) for group in dask_runs.grouped(iter(long), 5)] == [1] * 12
 
 
-def test_a_merge_of_several_buckets_has_the_order_of_the_study(tmp_path: Path):
-    """Rows that arrive in a random order, with every tenth twice: the later one counts."""
-    count = 2 * BUCKET + 500
-    order = np.random.default_rng(3).permutation(count)
-    with RowStore.opened(tmp_path, {"gap_m": [1.0]}) as store:
-        some = {"tracker": "t:T", "gap_m": 1.0, "seed": 1, "inputs": "{}", "error": "", "trace_hash": "", "wall_s": 0.0}
-        first = [some | {"key": f"k{i}", "status": "error", "frames": 0} for i in range(0, count, 10)]
-        store.add(first + [some | {"key": f"k{i}", "status": "passed", "frames": int(i)} for i in order])
-        merged = store.merge([f"k{i}" for i in range(count)], columns=["key", "frames", "status", "index"])
-        assert merged["frames"].tolist() == merged["index"].tolist() == list(range(count))
-        assert set(merged["status"]) == {"passed"}
-        fewer = store.merge([f"k{i}" for i in range(0, count, 2)], columns=["frames"])
-        assert fewer["frames"].tolist() == list(range(0, count, 2))
-        assert len(pd.read_parquet(tmp_path / "earlier.parquet", columns=["key"])) == count // 2
-        assert len(store.merge([f"k{i}" for i in range(count)], columns=["key"])) == count
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".lock", "earlier.parquet", "runs.parquet"]
-
-
-def test_a_kill_between_the_two_files_of_a_merge_loses_no_row(tmp_path: Path):
-    """The former file of other rows is there until both are replaced."""
-    some = {
-        "tracker": "t:T",
-        "gap_m": 1.0,
-        "seed": 1,
-        "inputs": "{}",
-        "error": "",
-        "trace_hash": "",
-        "status": "passed",
-    }
-    with RowStore.opened(tmp_path, {"gap_m": [1.0]}) as store:
-        store.add([some | {"key": key} for key in "abc"])
-        store.merge(["a"])
-    others = (tmp_path / "earlier.parquet").read_bytes()
-    with RowStore.opened(tmp_path, {"gap_m": [1.0]}) as store:
-        before = (tmp_path / "runs.parquet").read_bytes()
-        store.merge(["a", "b"])
-    (tmp_path / "runs.parquet").write_bytes(before)  # as if killed before it was replaced
-    (tmp_path / ".earlier.parquet").write_bytes(others)
-    with RowStore.opened(tmp_path, {"gap_m": [1.0]}) as store:
-        assert store.keys == {"a", "b", "c"}
-        assert sorted(store.merge(["a", "b", "c"])["key"]) == ["a", "b", "c"]
-    assert not (tmp_path / ".earlier.parquet").exists()
-
-
-def test_workers_write_the_rows_as_parts_and_a_restart_reads_them(tmp_path: Path, monkeypatch, capfd):
-    study = small_study(tmp_path, seeds=2)
-    url = (tmp_path / "parts").as_uri()
-    process = start(study, "--workers", "1", "--parts", url)
-    deadline = time.monotonic() + PATIENCE_S
-    while not list((tmp_path / "parts").glob("*.parquet")):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    end(process)  # killed: no row has come through the scheduler
-    assert rows_so_far(study) == 0
+def test_the_option_of_parts_is_accepted_with_a_line_that_it_is_no_longer_needed(tmp_path: Path, monkeypatch, capfd):
+    study = small_study(tmp_path, seeds=1)
     monkeypatch.chdir(tmp_path)
     with worker_thread() as scheduler:
-        assert main(["sweep", study.name, "--scheduler", scheduler, "--out", "out", "--parts", url, "--json"]) == 0
+        options = ["--scheduler", scheduler, "--out", "out", "--parts", str(tmp_path / "parts"), "--json"]
+        assert main(["sweep", study.name, *options]) == 0
     output, error = capfd.readouterr()
-    assert error == ""
-    document = json.loads(output)
-    assert document["taken_up"] >= 1
-    assert list(rows(study)["trace_hash"]) == sequential_hashes(study)
-    assert not list((tmp_path / "parts").iterdir())
-
-
-def test_a_part_that_cannot_be_written_is_one_line(tmp_path: Path, monkeypatch, capfd):
-    study = small_study(tmp_path)
-    (tmp_path / "file").write_text("")
-    monkeypatch.chdir(tmp_path)
-    with worker_thread() as scheduler:
-        parts = str(tmp_path / "file" / "parts")
-        assert main(["sweep", study.name, "--scheduler", scheduler, "--out", "out", "--parts", parts]) == 2
-    error = capfd.readouterr().err
-    assert "cannot write there" in error
-    assert error.count("\n") == 1
+    assert error == "luxloop: --parts is no longer needed: all rows are in runs.sqlite; leave it out\n"
+    assert json.loads(output)["status"] == {"passed": 4}
+    assert not (tmp_path / "parts").exists()
 
 
 @pytest.mark.soak
@@ -211,7 +144,7 @@ def test_kills_of_schedulers_and_workers_and_a_full_disk_lose_and_double_no_row(
     done = len(rows(study))
     assert done >= 16
     process = start(study, "--workers", "2")
-    wait_for_rows(study, 4, process)
+    wait_for_rows(study, done + 4, process)
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (rows_bytes(study) + 100, resource.RLIM_INFINITY))
     _, error = process.communicate(timeout=PATIENCE_S)
     end(process)
@@ -221,7 +154,7 @@ def test_kills_of_schedulers_and_workers_and_a_full_disk_lose_and_double_no_row(
     while killed < 10 and process.poll() is None:
         before = rows_so_far(study)
         worker = max(children_of(process.pid), key=memory_pages, default=None)
-        if worker is None or memory_pages(worker) < WORKER_PAGES or before == 0:
+        if worker is None or memory_pages(worker) < WORKER_PAGES:
             time.sleep(0.1)
             continue
         os.kill(worker, signal.SIGKILL)
@@ -236,7 +169,8 @@ def test_kills_of_schedulers_and_workers_and_a_full_disk_lose_and_double_no_row(
 
 
 def rows_bytes(study: Path) -> int:
-    return (study.parent / "out" / "runs.jsonl").stat().st_size
+    """Size of the larger of the SQLite file and its write-ahead log."""
+    return max(path.stat().st_size for path in (study.parent / "out").glob("runs.sqlite*"))
 
 
 def memory_pages(pid: int) -> int:
@@ -259,12 +193,11 @@ def test_the_memory_of_a_sweep_of_a_hundred_thousand_runs_is_below_one_gigabyte(
     study = Study.load(path)
     values = np.random.default_rng(0).random(len(METRICS)).tolist()
     metrics = dict(list(zip(METRICS, values, strict=True))[::3])  # rows of 24 kB, more than those of a typical scenario
-    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+    with RowStore.opened(tmp_path / "out", ["occlusion_s"]) as store:
         for planned in design.plan(study, device.SHIPPED):
-            lines = [store.format.line(row_of(run) | metrics) for run in planned]
-            store.add_lines([run.key for run in planned], lines)
-    assert (tmp_path / "out" / "runs.jsonl").stat().st_size > GB
-    for _ in range(2):  # from the log, and from the merged rows
+            store.add([as_text(row_of(run) | metrics) for run in planned])
+    assert (tmp_path / "out" / "runs.sqlite").stat().st_size > GB
+    for _ in range(2):
         command = [sys.executable, "-m", "luxloop", "sweep", path.name, "--out", "out", "--json"]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         process = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
