@@ -102,7 +102,7 @@ def leads_away(predictions: Predictions, hypotheses: Hypotheses, true_center: Fl
     """(T, B) mask of boxes that would move a track away from the true centre (T, 2) of its vehicle, odometry [m]."""
     each, model = np.arange(len(true_center)), predictions.probability.argmax(axis=1)
     error = predictions.selected - predictions.to_corner - true_center
-    error_by_box = error[:, None] + hypotheses.misfit[each, :, model]
+    error_by_box = error[:, None] + hypotheses.innovation[each, :, model]
     return np.asarray(np.linalg.norm(error_by_box, axis=2) > np.linalg.norm(error, axis=1)[:, None] + AWAY_M)
 
 

@@ -21,23 +21,23 @@ def hypothesise(tracks, seen, config):
     size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), turned_ends(turns), axis=2)
-    exact = shows_end(size, near, cut, tracks.size[:, None])
-    exact &= ~contradicts_size(tracks, seen, size, near, config)
-    misfit, reach = misfits(tracks, seen, heading, size, near, exact)
+    end_visible = shows_end(size, near, cut, tracks.size[:, None])
+    end_visible &= ~contradicts_size(tracks, seen, size, near, config)
+    innovation, innovation_lenient = innovations(tracks, seen, heading, size, near, end_visible)
     axes = rotate(np.eye(2), tracks.heading[:, None])
-    ambiguous = ~exact & np.all(misfit == 0, axis=2)
+    ambiguous = ~end_visible & np.all(innovation == 0, axis=2)
     faceless = size[..., ::-1] < FACE_MIN_M
     end_variance = np.where(faceless, config.end_std_m**2, 0.0)
     return Hypotheses(
         heading=heading,
         size=size,
-        whole=uncut(cut),
-        misfit=rotate(misfit, tracks.heading[:, None, None]),
+        untruncated=uncut(cut),
+        innovation=rotate(innovation, tracks.heading[:, None, None]),
         covariance=seen.covariance[:, :2, :2] + np.einsum("tki,tbk,tkj->tbij", axes, end_variance, axes),
         ambiguity=np.einsum("tki,tbk,tkj->tbij", axes, np.where(ambiguous, AMBIGUOUS_VARIANCE_M2, 0.0), axes),
-        corner_sign=next_corner(tracks, seen, near, exact, config),
-        exact=exact,
-        reach=rotate(reach, tracks.heading[:, None, None]),
+        corner_sign=next_corner(tracks, seen, near, end_visible, config),
+        end_visible=end_visible,
+        innovation_lenient=rotate(innovation_lenient, tracks.heading[:, None, None]),
     )
 
 
@@ -68,7 +68,7 @@ def contradicts_size(tracks, seen, size, near, config):
     return uncertain[:, None] & (near != tracked) & differs
 
 
-def misfits(tracks, seen, heading, size, near, exact):
+def innovations(tracks, seen, heading, size, near, end_visible):
     """Corrections (T, B, M, 2) that make each model agree with each box, along and across the heading [m]."""
     center = tracks.position - tracks.to_corner[:, None]
     moved = tracks.velocity[:, None] * seen.time_offset[:, None, None]
@@ -77,7 +77,7 @@ def misfits(tracks, seen, heading, size, near, exact):
     near_end = offset + 0.5 * (rotate(near * size, turn) - near * tracks.size[:, None])[:, :, None]
     far_end = near_end - (near * np.maximum(size - tracks.size[:, None], 0.0))[:, :, None]
     either = np.where(np.abs(far_end) < np.abs(near_end), far_end, near_end)
-    shown, ends = exact[:, :, None], (near_end, either)
+    shown, ends = end_visible[:, :, None], (near_end, either)
     within = (protrusion(offset, size, tracks, extent) for extent in (tracks.known_size, tracks.size))
     return (np.where(shown, end, piece) for end, piece in zip(ends, within, strict=True))
 
@@ -89,7 +89,7 @@ def protrusion(offset, size, tracks, extent):
     return np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
 
 
-def next_corner(tracks, seen, near, exact, config):
+def next_corner(tracks, seen, near, end_visible, config):
     """(T, B, 2) signs of the corner to track: the nearest one, with a hysteresis of `corner_margin_m`."""
     tracked = np.broadcast_to(tracks.corner_sign[:, None], near.shape)
     center = tracks.selected - tracks.to_corner
@@ -100,7 +100,7 @@ def next_corner(tracks, seen, near, exact, config):
 
     keeps = range_m(tracked) <= range_m(near) + config.corner_margin_m
     known = tracks.known_size >= tracks.size - config.corner_margin_m
-    moves = ~keeps[..., None] & (exact | known[:, None])
+    moves = ~keeps[..., None] & (end_visible | known[:, None])
     return np.where(moves, near, tracked).astype(np.int64)
 
 
@@ -115,8 +115,8 @@ def shape_difference(tracks, hypotheses, heading_variance):
 def score(tracks, hypotheses, seen, config, coasting=None):
     """Return the cost (T, B) of each pair, and a mask (T, B) of boxes inside the gate (5) of any probable model."""
     view = config.view_std_m**2 * np.eye(2)
-    innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view
-    squared, determinant = mahalanobis(hypotheses.misfit, innovation)
+    spread = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view
+    squared, determinant = mahalanobis(hypotheses.innovation, spread)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
     turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2])
     shape = np.minimum(turn, config.shape_cost_max) + np.minimum(excess.sum(axis=2), config.shape_cost_max)
@@ -124,8 +124,8 @@ def score(tracks, hypotheses, seen, config, coasting=None):
     likely = tracks.probability[:, None] >= GATE_PROBABILITY_MIN
     if not config.shape_cost_max:
         return cost, np.any(likely & (squared < config.gate_chi2), axis=2)
-    if hypotheses.reach is not None:
-        squared = np.minimum(squared, mahalanobis(hypotheses.reach, innovation)[0])
+    if hypotheses.innovation_lenient is not None:
+        squared = np.minimum(squared, mahalanobis(hypotheses.innovation_lenient, spread)[0])
     too_large = np.sum(excess * tracks.whole[:, None], axis=2) >= config.gate_chi2
     rotated = False if coasting is None else coasting[:, None] & (turn >= config.gate_chi2)
     return cost, np.any(likely & (squared < config.gate_chi2), axis=2) & ~too_large & ~np.asarray(rotated)

@@ -63,11 +63,15 @@ def score(
     seen from end to end excludes boxes that are much larger. That of a `coasting` (T,) track, which has not been seen
     for a while, also excludes boxes that are rotated: another object may be at its place.
     """
-    reach = hypotheses.reach if config.shape_cost_max and hypotheses.reach is not None else hypotheses.misfit
+    lenient = (
+        hypotheses.innovation_lenient
+        if config.shape_cost_max and hypotheses.innovation_lenient is not None
+        else hypotheses.innovation
+    )
     coasting = np.zeros(len(tracks.heading), dtype=np.bool_) if coasting is None else coasting
     variances = config.view_std_m**2, HEADING_STD_RAD**2
     cost, admissible = score_pairs(
-        (hypotheses.misfit, reach),
+        (hypotheses.innovation, lenient),
         (tracks.covariance, hypotheses.covariance),
         tracks.probability,
         (tracks.heading, tracks.heading_variance, tracks.size, tracks.whole, coasting),
@@ -123,8 +127,8 @@ def squared_distance(residual: Floats, xx: float, xy: float, yy: float) -> float
 
 @kernel()
 def score_models(
-    misfit: Floats,
-    reach: Floats,
+    innovation: Floats,
+    lenient: Floats,
     of_track: Floats,
     of_box: Floats,
     view_variance: float,
@@ -133,7 +137,8 @@ def score_models(
 ) -> tuple[float, float]:
     """Return the log-likelihood (11) of a box, averaged over the M models of a track, and its gate distance (5).
 
-    The distance is the least squared one of misfits (M, 2), or of reaches (M, 2), over the models with a probability
+    The distance is the least squared one of innovations (M, 2), or of lenient ones (M, 2), over the models with a
+    probability
     (M,) of `likely_min` at least; covariances are (M, 2, 2) and (2, 2), the latter plus the variance of a view [m^2].
     """
     box_xx, box_yy = of_box[0, 0] + view_variance, of_box[1, 1] + view_variance
@@ -141,10 +146,10 @@ def score_models(
     for m in range(len(probability)):
         xx, yy = of_track[m, 0, 0] + box_xx, of_track[m, 1, 1] + box_yy  # B = H P H' + R
         xy = of_track[m, 0, 1] + of_box[0, 1]
-        squared = squared_distance(misfit[m], xx, xy, yy)
+        squared = squared_distance(innovation[m], xx, xy, yy)
         log_likelihood[m] = math.log(probability[m]) - 0.5 * (squared + math.log(xx * yy - xy * xy))
         if probability[m] >= likely_min:
-            nearest = min(nearest, squared, squared_distance(reach[m], xx, xy, yy))
+            nearest = min(nearest, squared, squared_distance(lenient[m], xx, xy, yy))
     highest, total = log_likelihood.max(), 0.0
     for m in range(len(probability)):
         total += math.exp(log_likelihood[m] - highest)
@@ -168,7 +173,7 @@ def score_pairs(
     Parameters
     ----------
     errors
-        Misfits and reaches (T, B, M, 2) [m].
+        Innovations and lenient ones (T, B, M, 2) [m].
     covariances
         Those of tracks (T, M, 2, 2) and of boxes (T, B, 2, 2) [m^2].
     probability
@@ -183,12 +188,12 @@ def score_pairs(
         Variances of the end of a vehicle between views [m^2] and of a heading beyond the fit's one [rad^2], and the
         standard deviation of the growth of a vehicle [m].
     """
-    (misfit, reach), (of_track, of_box) = errors, covariances
+    (innovation, lenient), (of_track, of_box) = errors, covariances
     (own_heading, heading_variance, own_size, whole, coasting), (heading, size, of_fit) = tracks, boxes
     cost, admissible = np.empty(heading.shape), np.empty(heading.shape, np.bool_)
     for t in range(heading.shape[0]):
         for b in range(heading.shape[1]):
-            pair = misfit[t, b], reach[t, b], of_track[t], of_box[t, b], noise[0]
+            pair = innovation[t, b], lenient[t, b], of_track[t], of_box[t, b], noise[0]
             log_likelihood, nearest = score_models(*pair, probability[t], limits.likely_min)
             angle = heading[t, b] - own_heading[t]
             turn = angle * angle / (heading_variance[t] + of_fit[b, 2, 2] + noise[1])

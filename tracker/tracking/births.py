@@ -37,7 +37,7 @@ SIDE_MIN_M = 1.0
 
 def nearby(hypotheses: Hypotheses) -> Bools:
     """(T, B) mask of boxes that are at the place of the track."""
-    return np.asarray(np.hypot(hypotheses.misfit[:, :, 0, 0], hypotheses.misfit[:, :, 0, 1]) < NEARBY_M)
+    return np.asarray(np.hypot(hypotheses.innovation[:, :, 0, 0], hypotheses.innovation[:, :, 0, 1]) < NEARBY_M)
 
 
 def second_views(
@@ -56,7 +56,7 @@ def second_views(
     seen_size
         (T, 2) extent of the first view along and across the heading [m].
     """
-    moved = np.abs(rotate(hypotheses.misfit[:, :, 0], -tracks.heading[:, None]))
+    moved = np.abs(rotate(hypotheses.innovation[:, :, 0], -tracks.heading[:, None]))
     # The box of a new track has a quarter-turn ambiguity: either axis may be the length.
     along, across = np.maximum(moved[:, :, 0], moved[:, :, 1]), np.minimum(moved[:, :, 0], moved[:, :, 1])
     straight = across < SIDEWAYS_M + SIDEWAYS_SHARE * along

@@ -36,29 +36,29 @@ def rotated(variance: Floats, heading: Floats) -> Floats:
 
 
 @kernel()
-def released(variance: Floats, exact: Bools, covariance: Floats, heading: Floats) -> Floats:
+def released(variance: Floats, end_visible: Bools, covariance: Floats, heading: Floats) -> Floats:
     """(T, 2, 2) covariances of the past errors (T, 2) that observations with covariances (T, 2, 2) remove.
 
-    They are `exact` (T, 2) along and across the headings (T,).
+    They are exact where an end (T, 2) is visible, along and across the headings (T,).
     """
     removed = np.zeros_like(variance)
     for t in range(len(heading)):
         x, y = math.cos(heading[t]), math.sin(heading[t])
-        if exact[t, 0]:
+        if end_visible[t, 0]:
             removed[t, 0] = max(variance[t, 0] - variance_on(covariance[t], x, y), 0.0)
-        if exact[t, 1]:
+        if end_visible[t, 1]:
             removed[t, 1] = max(variance[t, 1] - variance_on(covariance[t], -y, x), 0.0)
     return rotated(removed, heading)
 
 
 @kernel()
-def observe(variance: Floats, exact: Bools, covariance: Floats, heading: Floats, least: float) -> Floats:
-    """(T, 2) variances after observations with covariances (T, 2, 2) that are `exact` (T, 2) along and across."""
+def observe(variance: Floats, end_visible: Bools, covariance: Floats, heading: Floats, least: float) -> Floats:
+    """(T, 2) variances after observations with covariances (T, 2, 2), exact on axes with a visible end (T, 2)."""
     observed = np.empty_like(variance)
     for t in range(len(heading)):
         x, y = math.cos(heading[t]), math.sin(heading[t])
-        observed[t, 0] = variance_on(covariance[t], x, y) if exact[t, 0] else max(variance[t, 0], least)
-        observed[t, 1] = variance_on(covariance[t], -y, x) if exact[t, 1] else max(variance[t, 1], least)
+        observed[t, 0] = variance_on(covariance[t], x, y) if end_visible[t, 0] else max(variance[t, 0], least)
+        observed[t, 1] = variance_on(covariance[t], -y, x) if end_visible[t, 1] else max(variance[t, 1], least)
     return observed
 
 

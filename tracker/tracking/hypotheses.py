@@ -93,9 +93,9 @@ class Hypotheses:
     """(T, B) heading of the box, turned by quarters to that of the track."""
     size: Floats
     """(T, B, 2) seen extent along and across that heading [m]."""
-    whole: Bools
+    untruncated: Bools
     """(T, B, 2) mask of axes, along and across that heading, on which the box is truncated at neither end."""
-    misfit: Floats
+    innovation: Floats
     """(T, B, M, 2) measured minus predicted position of the tracked corner, by each model [m]."""
     covariance: Floats
     """(T, B, 2, 2) of the box's corner [m^2]."""
@@ -103,20 +103,22 @@ class Hypotheses:
     """(T, B, 2, 2) covariance to add where the box contains no information on the motion [m^2]."""
     corner_sign: Ints
     """(T, B, 2) signs of the corner to track from now on."""
-    exact: Bools
+    end_visible: Bools
     """(T, B, 2) mask of axes on which the near end of the box is the end of the vehicle."""
-    reach: Floats | None = None
-    """(T, B, M, 2) as `misfit`, for a vehicle that extends over the whole of its assumed size: for the gate [m]."""
+    innovation_lenient: Floats | None = None
+    """(T, B, M, 2) as `innovation`, for a vehicle that extends over the whole of its assumed size: for the gate [m]."""
 
 
 def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfig) -> Hypotheses:
     """Interpret each of B boxes as each of T tracks; the track's heading identifies length, width, front and rear.
 
-    On `exact` axes the near end of the box is that of the vehicle. On other axes the box may be a piece of the side,
-    truncated by an occluder or a gap between units: the misfit is only the part of the piece that protrudes from the
+    On axes with a visible end, the near end of the box is that of the vehicle. On other axes the box may be a piece of
+    the side, truncated by an occluder or a gap between units: the innovation is only the part of the piece that
+    protrudes from the
     known extent of the vehicle. Models are evaluated at the time of the box.
 
-    The `reach` is the misfit under the smallest error of the size: the vehicle extends over the whole of its assumed
+    `innovation_lenient` is the innovation under the smallest error of the size: the vehicle extends over the whole
+    of its assumed
     size, and either end of a longer box may be that of the vehicle.
 
     The corner to track is the nearest one, with a hysteresis of `corner_margin_m`. Within the margin both corners are
@@ -124,7 +126,7 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
     was never visible, because the position of that end is unknown.
     """
     heading, size, near, cut = turned_views(tracks.heading, seen.heading, seen.size, seen.corner_sign, seen.cut)
-    exact, corner_sign, misfit, reach, faceless, ambiguity = interpret_pairs(
+    end_visible, corner_sign, innovation, innovation_lenient, faceless, ambiguity = interpret_pairs(
         (tracks.position, tracks.velocity, tracks.probability.argmax(axis=1)),
         tracks.heading,
         (tracks.size, tracks.known_size, tracks.corner_sign),
@@ -135,13 +137,13 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
     return Hypotheses(
         heading=heading,
         size=size,
-        whole=uncut(cut),
-        misfit=misfit,
+        untruncated=uncut(cut),
+        innovation=innovation,
         covariance=seen.covariance[:, :2, :2] + faceless,
         ambiguity=ambiguity,
         corner_sign=corner_sign,
-        exact=exact,
-        reach=reach,
+        end_visible=end_visible,
+        innovation_lenient=innovation_lenient,
     )
 
 
@@ -258,36 +260,39 @@ def moves_corner(
 def axis_errors(
     offset: float, half_box: float, axis: int, box: tuple[Floats, Ints, Bools], track: tuple[Floats, Floats, Ints]
 ) -> Pair:
-    """Return the misfit and the reach on an axis [m]; see `set_misfits`."""
-    (size, near, exact), (whole, known, tracked) = box, track
-    if exact[axis]:
+    """Return the innovation and the lenient one on an axis [m]; see `set_innovations`."""
+    (size, near, end_visible), (whole, known, tracked) = box, track
+    if end_visible[axis]:
         return end_errors(offset, half_box, near[axis], size[axis], whole[axis])
     error = protrusion(offset, size[axis], tracked[axis], whole[axis], known[axis])
     return error, protrusion(offset, size[axis], tracked[axis], whole[axis], whole[axis])
 
 
 @kernel()
-def set_misfits(
-    misfit: Floats,
-    reach: Floats,
+def set_innovations(
+    innovation: Floats,
+    innovation_lenient: Floats,
     offset: complex,
     half: complex,
     heading: complex,
     box: tuple[Floats, Ints, Bools],
     track: tuple[Floats, Floats, Ints],
 ) -> tuple[bool, bool]:
-    """Write the misfit (2,) and the reach (2,) of one model; return the axes on which an inexact box has no misfit.
+    """Write the innovation (2,) and the lenient one (2,) of one model; return a flag for each axis.
 
-    The box has a size, near signs and a mask of exact axes, each (2,); its centre is at the `offset` from that of the
-    vehicle, and its near corner is `half` a box away. The track has a size, a known size and tracked signs, each (2,).
+    It is True on an axis on which a box without a visible end has no innovation.
+
+    The box has a size, near signs and a mask of visible near ends, each (2,); its centre is at the `offset` from that
+    of the vehicle, and its near corner is `half` a box away. The track has a size, a known size and tracked signs,
+    each (2,).
     """
-    exact = box[2]
+    end_visible = box[2]
     along, reached_along = axis_errors(offset.real, half.real, 0, box, track)
     across, reached_across = axis_errors(offset.imag, half.imag, 1, box, track)
     turned, turned_reach = heading * complex(along, across), heading * complex(reached_along, reached_across)
-    misfit[0], misfit[1] = turned.real, turned.imag
-    reach[0], reach[1] = turned_reach.real, turned_reach.imag
-    return not exact[0] and along == 0.0, not exact[1] and across == 0.0
+    innovation[0], innovation[1] = turned.real, turned.imag
+    innovation_lenient[0], innovation_lenient[1] = turned_reach.real, turned_reach.imag
+    return not end_visible[0] and along == 0.0, not end_visible[1] and across == 0.0
 
 
 @kernel()
@@ -299,10 +304,10 @@ def ends(
     place: complex,
     sensor: complex,
     settings: tuple[float, float],
-    exact: Bools,
+    end_visible: Bools,
     corner: Ints,
 ) -> None:
-    """Write the exact axes (2,) of a box at a place, and the signs (2,) of the corner to track.
+    """Write the mask (2,) of visible near ends of a box at a place, and the signs (2,) of the corner to track.
 
     The track has a size, a known size and tracked signs, each (2,), and the box a size (2,), near signs (2,) and cut
     ends (4,). The track does not change to an end that is not visible now and was never visible.
@@ -313,10 +318,10 @@ def ends(
     for axis in range(2):
         offset = from_center.imag if axis else from_center.real
         uncertain = known[axis] < whole[axis] - margin_m
-        exact[axis] = end_is_visible(size, near, cut, whole, axis)
+        end_visible[axis] = end_is_visible(size, near, cut, whole, axis)
         if uncertain and contradicts_size(offset, size[axis], near[axis], tracked[axis], whole[axis]):
-            exact[axis] = False
-        corner[axis] = near[axis] if moves and (exact[axis] or not uncertain) else tracked[axis]
+            end_visible[axis] = False
+        corner[axis] = near[axis] if moves and (end_visible[axis] or not uncertain) else tracked[axis]
 
 
 @kernel()
@@ -328,7 +333,7 @@ def interpret_pairs(
     views: tuple[Floats, Floats, Ints, Bools],
     settings: tuple[float, float],
 ) -> tuple[Bools, Ints, Floats, Floats, Floats, Floats]:
-    """Return exact axes, next corners, misfits, reaches, covariances of faceless ends and ambiguities of all pairs.
+    """Return visible ends, next corners, innovations, lenient ones, faceless covariances and ambiguities of all pairs.
 
     Parameters
     ----------
@@ -348,8 +353,8 @@ def interpret_pairs(
     (position, velocity, best), (size, known, tracked) = models, tracks
     (box, time_offset, sensor), (box_heading, box_size, near, cut) = boxes, views
     shape, count = box_heading.shape, position.shape[1]
-    exact, corner = np.empty((*shape, 2), np.bool_), np.empty((*shape, 2), np.int64)
-    misfit, reach = np.empty((*shape, count, 2)), np.empty((*shape, count, 2))
+    end_visible, corner = np.empty((*shape, 2), np.bool_), np.empty((*shape, 2), np.int64)
+    innovation, innovation_lenient = np.empty((*shape, count, 2)), np.empty((*shape, count, 2))
     faceless, ambiguity = np.empty((*shape, 2, 2)), np.empty((*shape, 2, 2))
     for t in range(shape[0]):
         along, track = cmath.rect(1.0, heading[t]), (size[t], known[t], tracked[t])
@@ -358,15 +363,17 @@ def interpret_pairs(
         for b in range(shape[1]):
             place, own = complex(box[b, 0], box[b, 1]), box_size[t, b]
             eye, view = complex(sensor[b, 0], sensor[b, 1]), (own, near[t, b], cut[t, b])
-            ends(center, along, track, view, place, eye, settings, exact[t, b], corner[t, b])
+            ends(center, along, track, view, place, eye, settings, end_visible[t, b], corner[t, b])
             half = 0.5 * complex(near[t, b, 0] * own[0], near[t, b, 1] * own[1])
             half *= cmath.rect(1.0, box_heading[t, b] - heading[t])
-            free_along, free_across, seen = True, True, (own, view[1], exact[t, b])
+            free_along, free_across, seen = True, True, (own, view[1], end_visible[t, b])
             for m in range(count):
                 moved = complex(velocity[t, m, 0], velocity[t, m, 1]) * time_offset[b]
                 offset = place - (complex(position[t, m, 0], position[t, m, 1]) - to_corner) - moved
                 offset *= along.conjugate()
-                free = set_misfits(misfit[t, b, m], reach[t, b, m], offset, half, along, seen, track)
+                free = set_innovations(
+                    innovation[t, b, m], innovation_lenient[t, b, m], offset, half, along, seen, track
+                )
                 free_along, free_across = free_along and free[0], free_across and free[1]
             end_variance = settings[1] ** 2
             set_covariance(
@@ -375,4 +382,4 @@ def interpret_pairs(
             set_covariance(
                 ambiguity[t, b], along, free_along * AMBIGUOUS_VARIANCE_M2, free_across * AMBIGUOUS_VARIANCE_M2
             )
-    return exact, corner, misfit, reach, faceless, ambiguity
+    return end_visible, corner, innovation, innovation_lenient, faceless, ambiguity

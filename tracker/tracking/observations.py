@@ -38,7 +38,7 @@ class Observations:
         return len(self.heading)
 
     @property
-    def whole(self) -> Bools:
+    def untruncated(self) -> Bools:
         """(B, 2) mask of sides along and across the heading that are truncated at neither end."""
         return uncut(self.cut)
 

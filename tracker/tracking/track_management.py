@@ -170,7 +170,7 @@ class DefaultTrackManagement:
 
 def new_track(seen: Observations, b: int, id: int, flow: TrafficFlow, config: TrackConfig) -> TrackTable:
     """Return a table of one tentative track of box `b`, in its likeliest direction beside the vehicles of `flow`."""
-    shape = orientation.shape_log_odds(seen.size[b], seen.whole[b])
+    shape = orientation.shape_log_odds(seen.size[b], seen.untruncated[b])
     turns = orientation.likeliest_turns(shape, seen.center[b], float(seen.heading[b]), flow, least=0.0)
     size, near = orientation.turn_size(seen.size[b], turns), orientation.turn_sign(seen.corner_sign[b], turns)
     cut = np.concatenate([seen.cut[b, turns:], seen.cut[b, :turns]])

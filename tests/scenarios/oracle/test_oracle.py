@@ -347,9 +347,10 @@ def test_a_box_that_is_a_cars_length_off_is_misread():
     assert (predictions.selected - predictions.to_corner).tolist() == [[12.3, 0.0]]
     flags = np.zeros((1, 2, 2), dtype=bool)
     hypotheses = Hypotheses(
-        heading=np.zeros((1, 2)), size=np.ones((1, 2, 2)), whole=flags, misfit=np.array([[[[0.3, 0.0]], [[4.6, 0.0]]]]),
+        heading=np.zeros((1, 2)), size=np.ones((1, 2, 2)), untruncated=flags,
+        innovation=np.array([[[[0.3, 0.0]], [[4.6, 0.0]]]]),
         covariance=np.zeros((1, 2, 2, 2)), ambiguity=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)),
-        exact=flags,
+        end_visible=flags,
     )  # fmt: skip
     assert oracle_association.leads_away(predictions, hypotheses, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
     assert oracle_association.leads_away(predictions, hypotheses, np.full((1, 2), np.nan)).tolist() == [[False, False]]

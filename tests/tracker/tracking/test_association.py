@@ -47,7 +47,7 @@ def test_a_box_that_ends_at_the_tracked_end_corrects_an_uncertain_length(known_l
     seen = observe_boxes((2.1, 4.0, 0.0), (7.8, 2.5))
     hypotheses = hypothesise(track, seen, READING)
     assert seen.corner_sign[0, 0] == -1, "the rear of the box is the nearer end"
-    assert hypotheses.exact[0, 0, 0] is np.bool_(not gated)
+    assert hypotheses.end_visible[0, 0, 0] is np.bool_(not gated)
     assert bool(associate(track, seen)) is gated
 
 
@@ -103,7 +103,7 @@ def test_a_hypothesis_does_not_depend_on_the_quarter_turn_of_the_box(quarters):
     assert hypotheses.heading[0, 0] == pytest.approx(0.3)
     assert hypotheses.size[0, 0] == pytest.approx(CAR)
     assert tuple(hypotheses.corner_sign[0, 0]) == (-1, -1)
-    assert hypotheses.misfit[0, 0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
+    assert hypotheses.innovation[0, 0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
 
 
 @pytest.mark.parametrize("cut_end", range(4))
@@ -115,8 +115,10 @@ def test_truncated_ends_turn_with_the_heading_of_the_box(quarters, cut_end):
     ends = [cut_end == (end + quarters) % 4 for end in range(4)]
     seen = observe_boxes((8.8, 3.2, 0.0), piece, quarters=quarters, cut=ends)
     hypotheses = hypothesise(tracks, seen, READING)
-    assert hypotheses.whole[0, 0].tolist() == [cut_end % 2 == 1, cut_end % 2 == 0]
-    assert hypotheses.exact[0, 0].tolist() == [cut_end == 0, True], "the piece is long enough if its front is truncated"
+    assert hypotheses.untruncated[0, 0].tolist() == [cut_end % 2 == 1, cut_end % 2 == 0]
+    assert hypotheses.end_visible[0, 0].tolist() == [cut_end == 0, True], (
+        "the piece is long enough if its front is truncated"
+    )
 
 
 def test_a_new_nearest_corner_is_tracked_and_measures_the_old_one_by_the_known_size():
@@ -125,7 +127,7 @@ def test_a_new_nearest_corner_is_tracked_and_measures_the_old_one_by_the_known_s
     tracks = expecting(pose, (1, 1))
     hypotheses = hypothesise(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), READING)
     assert tuple(hypotheses.corner_sign[0, 0]) == (-1, 1)
-    assert hypotheses.misfit[0, 0, 0] == pytest.approx([0.2, -0.1])
+    assert hypotheses.innovation[0, 0, 0] == pytest.approx([0.2, -0.1])
 
 
 @pytest.mark.parametrize(
@@ -144,7 +146,7 @@ def test_a_piece_of_a_side_corrects_the_track_only_by_its_protrusion(piece, move
     seen = observe_boxes((piece[0], piece[1] + 0.9 - depth / 2, 0.0), (2.0, depth))
     seen = dataclasses.replace(seen, corner_sign=np.array([(-1, 1)]))
     hypotheses = hypothesise(tracks, seen, READING)
-    assert hypotheses.misfit[0, 0] == pytest.approx(np.array([moved]), abs=1e-9)
+    assert hypotheses.innovation[0, 0] == pytest.approx(np.array([moved]), abs=1e-9)
     along, across = np.diag(hypotheses.covariance[0, 0]) - np.diag(seen.covariance[0])[:2]
     assert along == pytest.approx(READING.end_std_m**2)
     assert across == pytest.approx(0.0)
@@ -175,7 +177,7 @@ def test_truncated_ends_rotate_with_the_heading():
         seen = observe_boxes(pose, CAR, quarters=quarters)
         cut = np.roll([False, True, False, False], -quarters)[None]
         hypotheses = hypothesise(tracks, dataclasses.replace(seen, cut=cut), READING)
-        assert hypotheses.whole[0, 0].tolist() == [True, False]
+        assert hypotheses.untruncated[0, 0].tolist() == [True, False]
 
 
 def test_of_two_boxes_at_one_place_the_one_with_its_heading_and_size_is_chosen():
@@ -237,7 +239,7 @@ def test_the_leading_end_of_a_car_behind_an_occluder_measures_its_motion():
     front = 5.0 + CAR[0] / 2
     seen = observe_boxes((front - 1.2 + 0.9, -2.15, 0.0), (1.8, 0.1))
     seen = dataclasses.replace(seen, corner_sign=np.array([(1, 1)]))
-    assert hypothesise(tracks, seen, READING).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)
+    assert hypothesise(tracks, seen, READING).innovation[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)
 
 
 def test_a_box_inside_the_assumed_vehicle_is_in_the_gate_whatever_is_known():

@@ -181,7 +181,7 @@ def test_hypotheses_and_their_scores_equal_the_reference(rng):
     for field in dataclasses.fields(found):
         one, other = getattr(found, field.name), getattr(expected, field.name)
         np.testing.assert_allclose(one, other, atol=1e-12, err_msg=field.name)
-    assert 0 < found.exact.sum() < found.exact.size
+    assert 0 < found.end_visible.sum() < found.end_visible.size
     assert 0 < (found.corner_sign != tracks.corner_sign[:, None]).sum() < found.corner_sign.size
     coasting = rng.choice([False, True], TRACKS)
     for gate in (AssociationConfig(), AssociationConfig(shape_cost_max=0.0), AssociationConfig(gate_chi2=200.0)):
