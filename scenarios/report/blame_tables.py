@@ -61,7 +61,7 @@ def answer(blame: Blame, costs: Sequence[StageCost]) -> str:
 
 def _costs(costs: Sequence[StageCost]) -> Table:
     """Return a table with a row per stage."""
-    table = table_of("Cost of each stage in HOTA", "stage", "cost", "95 %")
+    table = table_of("Cost in HOTA", "stage", "cost", "95 %")
     for cost in costs:
         table.add_row(cost.stage, _cost(cost), _interval(cost).strip(" []") or NONE)
     return table

@@ -21,4 +21,4 @@ class BreakingTraffic(ScriptedSource):
 
 def break_at(frame, error, monkeypatch):
     """End scripted traffic with an error at a frame."""
-    monkeypatch.setattr("luxloop.sim.factory.ScriptedSource", partial(BreakingTraffic, frame, error))
+    monkeypatch.setattr("luxloop.sim.scripted.scripted_source.ScriptedSource", partial(BreakingTraffic, frame, error))

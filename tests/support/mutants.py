@@ -13,13 +13,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from support.paths import EXAMPLES
+from support.paths import CATALOG, EXAMPLES
 
-from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.metric_names import METRICS
 
-ORIGINALS = (*sorted(shipped.CATALOG.rglob("*.toml")), *sorted(EXAMPLES.glob("*.toml")))
+ORIGINALS = (*sorted(CATALOG.rglob("*.toml")), *sorted(EXAMPLES.glob("*.toml")))
 SHORT_S = 0.16
 """Duration of two frames [s]."""
 LONGEST_S = 86_400.0

@@ -5,7 +5,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 EXAMPLES = DOCS / "examples"
-CATALOG = ROOT / "luxloop" / "scenarios" / "catalog"
+CATALOG = ROOT / "scenarios" / "catalog"
 TESTS = ROOT / "tests"
 NETS = TESTS / "nets"
 

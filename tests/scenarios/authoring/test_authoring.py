@@ -394,7 +394,7 @@ def test_the_result_names_the_best_ego(tmp_path, capfd):
         ego = "best:turns"
         max_wait_s = 60.0"""
     )
-    assert main(["run", str(path), "--no-recording", "--out", str(tmp_path / "run")]) == 0
+    assert main(["run", str(path), "--no-recording", "--full", "--out", str(tmp_path / "run")]) == 0
     printed = capfd.readouterr().out
     assert main(["egos", str(path), "--window", "60", "--want", "turns", "--json"]) == 0
     expected = json.loads(capfd.readouterr().out)["candidates"][0]["ego"]

@@ -98,7 +98,7 @@ def test_seeds_are_one_screen(capfd):
     lines = [line.split() for line in out.splitlines()]
     shown = next(line for line in lines if line[:1] == ["HOTA,"])
     assert shown[-4:] == [
-        f"{one:#.3g}" for one in (statistics.fmean(hota), statistics.stdev(hota), min(hota), max(hota))
+        f"{one:.3f}" for one in (statistics.fmean(hota), statistics.stdev(hota), min(hota), max(hota))
     ]
     row = next(line for line in lines if line[:1] == ["track.hota"])
     worst = 3 + hota.index(min(hota))

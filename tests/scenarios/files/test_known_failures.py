@@ -127,6 +127,6 @@ def test_name_of_the_shipped_tracker():
 @pytest.mark.parametrize("name", sorted(shipped.paths()))
 def test_known_failures_of_the_catalog_have_a_figure(name):
     scenario = Scenario.load(shipped.paths()[name])
-    assert scenario.path.is_relative_to(CATALOG)
+    assert scenario.path.resolve().is_relative_to(CATALOG)
     for metric, limit in scenario.expect.items():
         assert not limit.known_failure or figure_of(limit.known_failure) is not None, metric

@@ -66,7 +66,7 @@ def test_tables_show_metrics_with_intervals_and_the_paper_s_figures():
     mean, std, size, size_std = (metrics[f"fit.closeness.heading_{name}_deg"] for name in names)
     assert shown[0] == f"{mean.value:.3f}, {std.value:.3f}"
     assert size.interval is None  # two vehicles
-    assert shown[1] == f"{size.value:.3f}, {size_std.value:.3f}"
+    assert shown[1] == f"{size.value:.3f} [too few vehicles], {size_std.value:.3f}"
     low, high = runs[next(iter(runs))]["two seeds"].metrics["fit.closeness.heading_abs_mean_deg"].interval
     assert shown[3] == f"{size.value:.3f} [{low:.3f}, {high:.3f}], {size_std.value:.3f}"  # four vehicles
     assert shown[4:] == ["0.007, 3.647", "2.007, 3.040"]

@@ -26,6 +26,7 @@ from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.report import text as report
 from luxloop.scenarios.run import device, loop
 from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
 from luxloop.tracker.tracker import TrackerConfig
 from luxloop.tracker.tracking.filters import FilterConfig, motion
@@ -264,12 +265,13 @@ def test_a_segment_of_noise_is_removed():
     noise = np.array([0, 0, 1, 1, 1, 0], dtype=bool)
     on_owner = np.array([1, 1, 1, 0, 0, 0], dtype=bool)
 
-    def real(clean):
+    def real(points):
+        clean = points.segments
         assert clean.count == 1
         assert clean.label.tolist() == [0, 0, -1, -1, -1, -1]
         return Linkage(np.array([0, -1, -1, -1, -1, -1]), np.array([0.3]))  # it would remove a clean point
 
-    linkage = oracle_outliers.link(real, segments, noise, on_owner)
+    linkage = oracle_outliers.link(real, sort_by_segment(np.zeros((6, 2)), segments), noise, on_owner)
     assert linkage.line.tolist() == [0, 1, -1, -1, -1, -1]
     assert linkage.heading.tolist() == [0.3, 0.0]
     gone = ~oracle_outliers.has_points((linkage.line >= 0) & (segments.label >= 0), segments)

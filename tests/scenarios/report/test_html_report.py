@@ -48,7 +48,7 @@ def runs(tmp_path_factory):
     """A run that fails, with a known failure, and a run that passes."""
     folder = tmp_path_factory.mktemp("suite")
     run_into(folder, short_run.TEXT.replace("[bold]", "<script>alert(1)</script>") + EXPECT, "bad")
-    run_into(folder, short_run.TEXT, "good")
+    run_into(folder, short_run.TEXT + '[expect]\n"track.hota" = { min = 0.0 }\n', "good")
     return folder / "runs"
 
 
