@@ -112,7 +112,7 @@ def test_the_answer_is_the_largest_cost_with_its_interval():
     first, *lines = filter(None, map(str.strip, report.as_text(blame_report(found, costs)).splitlines()))
     assert first.startswith(f"{costs[0].stage} costs {costs[0].value:.3f} HOTA")
     assert "most of all stages" in first
-    assert lines[0] == "Cost in HOTA"
+    assert "Cost in HOTA" in lines
 
 
 COST = StageCost(Stage.FIT, 0.046, (0.02, 0.07))

@@ -74,7 +74,7 @@ def installed(scenario: str, seed: int) -> Iterator[subprocess.Popen]:
 
 def forked(scenario: str, seed: int) -> AbstractContextManager[warm_process.Forked]:
     """Start the command in a forked process, where the start itself is of no interest."""
-    return warm_process.started("scenarios", *arguments(scenario, seed))
+    return warm_process.started("luxloop", *arguments(scenario, seed))
 
 
 def arguments(scenario: str, seed: int) -> list[str]:
