@@ -1,3 +1,3 @@
 """Scenario files, run loop, grading, recording and the command line."""
 
-# Unlike in its sister packages, the import as `scenarios` is not refused: pytest does it for tests in scenarios/catalog.
+# The import as `scenarios` is not refused as in the sister packages: pytest does it for tests in scenarios/catalog.

@@ -10,6 +10,7 @@ import pytest
 from support import crossing_ids, short_run
 from support.breaking_traffic import break_at
 from support.dask_cluster import worker_thread
+from support.defective_drive import DefectiveDrive
 from support.sweeps import rows, small_study, sweep
 
 from luxloop.scenarios.cli import main
@@ -130,13 +131,19 @@ def test_a_search_ends_with_70_if_the_undisturbed_run_does(tmp_path, capfd):
     assert "with nothing disturbed: internal error: ZeroDivisionError" in capfd.readouterr().err
 
 
-@pytest.mark.parametrize(("workers", "count"), [("1", 1), ("2", 2)])
-def test_a_league_ends_with_70_also_by_its_worker_processes(workers, count, tmp_path, monkeypatch, capfd):
-    """The drives have a duration that is text, which no option gives."""
+@pytest.mark.parametrize(
+    ("kind", "duration", "workers", "place", "error"),
+    [(drive.Drive, "8.0", "1", "in carry_out", "TypeError "), (DefectiveDrive, 8.0, "2", "in recorded_scans", ZERO)],
+    ids=["command", "worker"],
+)
+def test_a_league_ends_with_70_also_by_its_worker_processes(
+    kind, duration, workers, place, error, tmp_path, monkeypatch, capfd
+):
+    """The command fails by a duration that is text, which no option gives."""
     ring = str(shipped.find("ring"))
-    broken = [drive.Drive(ring, seed, "8.0", ("shipped",), tmp_path) for seed in range(count)]
+    broken = [kind(ring, seed, duration, ("shipped",), tmp_path / "league") for seed in range(2)]
     monkeypatch.setattr(drive, "drives", lambda *_: broken)
     assert main(["league", "ring", "--workers", workers, "--quiet"]) == 70
     err = capfd.readouterr().err
-    assert "in run_drive" in err  # the traceback of the worker process
-    assert err.splitlines()[-1].startswith("luxloop: error: internal error (TypeError ")
+    assert place in err
+    assert error in err.splitlines()[-1]
