@@ -10,7 +10,7 @@ from luxloop.sim.source import StartReport, StartStatus
 
 COMPILATION = "numba:compile"
 """numba's event; a kernel that is loaded from the cache has none."""
-STATUS = StartStatus("compiling numba kernels, about two minutes in all, only once")
+STATUS = StartStatus("compiling numba kernels, up to two minutes, only once")
 
 
 @contextmanager
