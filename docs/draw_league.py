@@ -17,8 +17,8 @@ from fits import page
 DOCS = Path(__file__).parent
 PAGE, PICTURE = DOCS / "league.md", DOCS / "pictures" / "league.png"
 DIFFERENCES = {
-    "track.hota": "HOTA", "track.id_switch_rate": "id switches", "track.false_rate": "false",
-    "track.missed_rate": "missed", "track.gospa_m": "GOSPA [m]",
+    "track.hota": "HOTA", "track.id_switch_rate": "id switches", "track.false_share": "false",
+    "track.missed_share": "missed", "track.gospa_m": "GOSPA [m]",
 }  # fmt: skip
 
 

@@ -155,17 +155,16 @@ def list_scenarios(
 
 
 def load_result(folder: str | Path) -> "Result":
-    """Read a run back from its folder. Metrics that its version did not have are there without a value.
+    """Read a run back from its folder. Metrics that its file does not hold are computed from its tables.
 
     Raises
     ------
     luxloop.Error
         The folder holds no run, an incomplete one, or a damaged one.
     """
-    from luxloop.scenarios.report.html.reported_run import with_later
     from luxloop.scenarios.run import run_folder
 
-    return with_later(run_folder.read(Path(folder)))
+    return run_folder.read(Path(folder))
 
 
 def compare(base: Runs, head: Runs, *, loss: float = STATED_LOSS) -> "Comparison":

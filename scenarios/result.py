@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     import pandas as pd  # scenario files are read without it
 
     from luxloop.scenarios.files.expect import Check, RunVerdict
+    from luxloop.scenarios.metrics.figures import Figures
 
 NOT_REPORTED = "the tracker does not report"
 """Beginning of the reason of metrics of an output that a tracker leaves out, such as a covariance."""
@@ -47,7 +48,8 @@ class Result:
     """True if the run ended early because the simulator failed, and not because, say, the ego arrived."""
     frames: int
     """Number of graded frames."""
-    metrics: dict[str, Metric]
+    metrics: "Figures"
+    """Metrics by name; one with other filters is computed from the tables when it is asked for."""
     tables: "dict[str, pd.DataFrame]" = field(repr=False)
     """Per-frame tables by name, as in `scenarios/grading/frame_tables.py`."""
     config: dict[str, Any] = field(repr=False)

@@ -9,7 +9,7 @@ SCENARIO, DURATION_S = "truck-shadow-1s", 6.0
 
 mma = luxloop.run(SCENARIO, duration_s=DURATION_S)
 print(f"{mma.scenario}, seed {mma.seed}, {mma.frames} frames: {mma.verdict}")
-for name in ("track.hota", "track.id_switches", "fit.best.heading_abs_mean_deg"):
+for name in ("track.hota", "track.id_switches", "fit.heading_abs_mean_deg"):
     metric = mma.metrics[name]
     value = "n/a, " + metric.reason if metric.value is None else f"{metric.value:.3f}"
     print(f"  {name:30} {value} [{metric.unit}]")

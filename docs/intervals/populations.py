@@ -12,7 +12,7 @@ FOLDER = Path(__file__).parents[1] / "seed_figures"
 DIGITS = 4
 """Significant digits in the CSV files."""
 
-HEADING, POSITION = "fit.best.heading_abs_mean_deg", "fit.best.position_abs_mean_m"
+HEADING, POSITION = "fit.heading_abs_mean_deg", "fit.position_abs_mean_m"
 COLUMNS = {
     "standing": ("range_m", HEADING, POSITION, "track.missed", "track.false", "track.hota"),
     "hidden": ("track.occlusion_survival", "track.id_switches", "track.missed", "track.false", "track.hota"),

@@ -7,23 +7,23 @@ import numpy as np
 import pandas as pd
 from intervals.populations import FOLDER
 from intervals.seed_coverage import Coverage, of_intervals
+from luxloop.scenarios.grading.metric_range import possible_range
 
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
 from luxloop.scenarios.compare.resampling import difference_interval
 from luxloop.scenarios.compare.sides import read
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS
-from luxloop.scenarios.grading.metric_range import possible_range
 from luxloop.scenarios.statistics.confidence import Interval
 from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
 BASELINE = Path(__file__).parents[2] / "scenarios" / "baseline" / "catalog.jsonl"
 PAIRED = FOLDER / "paired_vehicles.csv"
 METRICS = (
-    *("fit.best.heading_abs_mean_deg", "fit.best.position_abs_mean_m", "mma.mma.moving_target.y_abs_mean_m"),
-    *("track.hota", "track.idf1", "track.mota", "track.missed_rate", "track.occlusion_survival"),
+    *("fit.heading_abs_mean_deg", "fit.position_abs_mean_m", "mma.y_abs_mean_m{target=moving}"),
+    *("track.hota", "track.idf1", "track.mota", "track.missed_share", "track.occlusion_survival"),
 )
-PAIRED_METRICS = ("fit.best.heading_abs_mean_deg", "fit.best.position_abs_mean_m", "track.idf1", "track.missed_rate")
+PAIRED_METRICS = ("fit.heading_abs_mean_deg", "fit.position_abs_mean_m", "track.idf1", "track.missed_share")
 BY_NAME = {metric.name: metric for metric in COMPARED_METRICS}
 
 Rows = Iterator[tuple[str, list[Coverage]]]

@@ -6,37 +6,17 @@ vehicles, like the safety of a controlled ego, are not compared either; expectat
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS
 from luxloop.scenarios.grading import score_sums
-from luxloop.scenarios.grading.metric_range import possible_range
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
+from luxloop.scenarios.metrics.definition import Better, Relevance
+from luxloop.scenarios.metrics.definitions import find_metric
 
 _INDEX = {name: index for index, name in enumerate(COLUMNS)}
-
-
-@dataclass(frozen=True, slots=True)
-class Relevance:
-    """Sizes of differences of a metric: the smallest relevant one, and the loss that a comparison must exclude."""
-
-    absolute: float
-    """Smallest relevant difference, in the metric's unit."""
-    relative: float = 0.0
-    """Smallest relevant difference, as a share of BASE's value; the larger of both applies."""
-    full: float | None = None
-    """Value of which the stated loss is a share; None: BASE's value."""
-
-    def margin(self, base: float) -> float:
-        """Return the smallest relevant difference from the value `base`."""
-        return max(self.absolute, self.relative * abs(base))
-
-    def stated_loss(self, base: float, share: float) -> float:
-        """Return the loss of `share` from the value `base`, at least the smallest relevant difference."""
-        return max(self.margin(base), share * (abs(base) if self.full is None else self.full))
 
 
 SHARE = Relevance(absolute=0.005, full=1.0)
@@ -54,8 +34,6 @@ class ComparedMetric:
     """A metric as the ratio of two sums over vehicles, `part` over `whole`."""
 
     name: str
-    unit: str
-    better: Literal["more", "less"]
     relevance: Relevance
     whole: tuple[str, ...]
     """Columns that add up to the denominator; the metric has no value if it is 0."""
@@ -63,9 +41,19 @@ class ComparedMetric:
     """Columns that add up to the numerator; a leading minus subtracts. Empty for HOTA, which is not a ratio."""
 
     @property
+    def unit(self) -> str:
+        """Unit of the metric."""
+        return find_metric(self.name).unit
+
+    @property
+    def better(self) -> Better:
+        """Direction of improvement."""
+        return find_metric(self.name).definition.better
+
+    @property
     def largest_difference(self) -> float:
         """Largest possible difference between two values, in the metric's unit; infinite without a limit."""
-        smallest, largest = possible_range(self.name, self.unit)
+        smallest, largest = find_metric(self.name).definition.range
         return largest - smallest
 
     def observations(self, sums: Floats) -> Floats:
@@ -100,36 +88,32 @@ def _hota(sums: Floats) -> Floats:
     return score_sums.hota(_total(sums, ("observations", "reported")), matched, associated)
 
 
-def _mean(name: str, unit: str, relevance: Relevance, part: str, whole: str) -> ComparedMetric:
-    return ComparedMetric(name, unit, "less", relevance, (whole,), (part,))
+def _mean(name: str, relevance: Relevance, part: str, whole: str) -> ComparedMetric:
+    return ComparedMetric(name, relevance, (whole,), (part,))
 
 
 COMPARED_METRICS = (
-    ComparedMetric("track.hota", "1", "more", SHARE, ("observations", "reported")),
-    ComparedMetric("track.idf1", "1", "more", SHARE, ("observations", "reported"), ("identified", "identified")),
+    ComparedMetric("track.hota", SHARE, ("observations", "reported")),
+    ComparedMetric("track.idf1", SHARE, ("observations", "reported"), ("identified", "identified")),
     ComparedMetric(
-        "track.mota", "1", "more", SHARE, ("observations",), ("hits", "hits", "-reported", "-switches")
+        "track.mota", SHARE, ("observations",), ("hits", "hits", "-reported", "-switches")
     ),  # 1 - (misses + false + switches) / observations
-    ComparedMetric("track.missed_rate", "1", "less", SHARE, ("observations",), ("observations", "-hits")),
-    ComparedMetric("track.false_rate", "1", "less", SHARE, ("observations",), ("reported", "-hits")),
-    ComparedMetric("track.id_switch_rate", "1", "less", RARE, ("observations",), ("switches",)),
-    ComparedMetric("track.occlusion_survival", "1", "more", SHARE, ("occlusions",), ("survived",)),
-    _mean("track.heading_flip_rate", "1", SHARE, "flipped", "moving"),
-    ComparedMetric("track.heading_unflipped_mean_deg", "deg", "less", ANGLE, ("moving", "-flipped"), ("heading_deg",)),
-    _mean("mma.mma.stationary_target.x_abs_mean_m", "m", LENGTH, "standing_x_m", "standing"),
-    _mean("mma.mma.stationary_target.y_abs_mean_m", "m", LENGTH, "standing_y_m", "standing"),
-    _mean("mma.mma.moving_target.x_abs_mean_m", "m", LENGTH, "moving_x_m", "moving"),
-    _mean("mma.mma.moving_target.y_abs_mean_m", "m", LENGTH, "moving_y_m", "moving"),
-    ComparedMetric("mma.mode_accuracy", "1", "more", SHARE, ("standing", "moving"), ("right_mode",)),
-    _mean("fit.best.heading_abs_mean_deg", "deg", ANGLE, "fit_heading_deg", "fitted"),
-    _mean("fit.best.position_abs_mean_m", "m", LENGTH, "fit_position_m", "fitted"),
-    ComparedMetric("fit.best.coverage", "1", "more", SHARE, ("segmented",), ("fitted",)),
-    _mean("segmentation.over_rate", "1", SHARE, "split", "segmented"),
-    _mean("segmentation.under_rate", "1", SHARE, "merged", "segments"),
-    _mean("segmentation.missed_rate", "1", SHARE, "in_no_segment", "segmented"),
+    ComparedMetric("track.missed_share", SHARE, ("observations",), ("observations", "-hits")),
+    ComparedMetric("track.false_share", SHARE, ("observations",), ("reported", "-hits")),
+    ComparedMetric("track.id_switch_rate", RARE, ("observations",), ("switches",)),
+    ComparedMetric("track.occlusion_survival", SHARE, ("occlusions",), ("survived",)),
+    _mean("track.heading_flip_rate", SHARE, "flipped", "moving"),
+    ComparedMetric("track.heading_unflipped_mean_deg", ANGLE, ("moving", "-flipped"), ("heading_deg",)),
+    _mean("mma.x_abs_mean_m{target=standing}", LENGTH, "standing_x_m", "standing"),
+    _mean("mma.y_abs_mean_m{target=standing}", LENGTH, "standing_y_m", "standing"),
+    _mean("mma.x_abs_mean_m{target=moving}", LENGTH, "moving_x_m", "moving"),
+    _mean("mma.y_abs_mean_m{target=moving}", LENGTH, "moving_y_m", "moving"),
+    ComparedMetric("mma.mode_accuracy", SHARE, ("standing", "moving"), ("right_mode",)),
+    _mean("fit.heading_abs_mean_deg", ANGLE, "fit_heading_deg", "fitted"),
+    _mean("fit.position_abs_mean_m", LENGTH, "fit_position_m", "fitted"),
+    ComparedMetric("fit.coverage", SHARE, ("segmented",), ("fitted",)),
+    _mean("segmentation.over_rate", SHARE, "split", "segmented"),
+    _mean("segmentation.under_rate", SHARE, "merged", "segments"),
+    _mean("segmentation.missed_rate", SHARE, "in_no_segment", "segmented"),
 )
-"""Named as in a result, except
-
-- the rates of tracking: counts of a result (`track.missed`, `track.false`, `track.id_switches`) over its observations;
-- `track.heading_unflipped_mean_deg`: `track.heading_abs_mean_deg` of the headings with errors of at most 90 degrees.
-  A few flipped headings would dominate the mean; `track.heading_flip_rate` counts them."""
+"""Main metrics of each stage; unit, direction and range are those of their definitions."""

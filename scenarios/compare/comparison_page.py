@@ -28,8 +28,8 @@ BADGES = {
 }  # fmt: skip
 """Style of each verdict."""
 KEY_METRICS = {
-    "track.hota": "HOTA", "track.missed_rate": "missed", "track.false_rate": "false",
-    "track.id_switch_rate": "id switches", "fit.best.heading_abs_mean_deg": "fit heading [deg]",
+    "track.hota": "HOTA", "track.missed_share": "missed", "track.false_share": "false",
+    "track.id_switch_rate": "id switches", "fit.heading_abs_mean_deg": "fit heading [deg]",
 }  # fmt: skip
 """Metrics of single runs, with short names."""
 

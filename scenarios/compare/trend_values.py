@@ -16,8 +16,8 @@ from luxloop.scenarios.compare.sides import Side
 from luxloop.scenarios.errors import InputError
 
 TITLES = {
-    "track.hota": "HOTA", "track.idf1": "IDF1", "track.missed_rate": "missed", "track.false_rate": "false",
-    "track.id_switch_rate": "id switches", "fit.best.heading_abs_mean_deg": "fit heading [deg]",
+    "track.hota": "HOTA", "track.idf1": "IDF1", "track.missed_share": "missed", "track.false_share": "false",
+    "track.id_switch_rate": "id switches", "fit.heading_abs_mean_deg": "fit heading [deg]",
 }  # fmt: skip
 """Key metrics with short names."""
 KEY_METRICS = tuple(metric for metric in COMPARED_METRICS if metric.name in TITLES)

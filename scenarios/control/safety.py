@@ -8,9 +8,9 @@ import pandas as pd
 
 from luxloop.scenarios.control.corridor import find_lead
 from luxloop.scenarios.control.surroundings import true_surroundings
-from luxloop.scenarios.grading.metric_names import DRIVERS, SAFETY
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.plane_geometry import iou_table, turned
+from luxloop.scenarios.metrics.definitions import DRIVERS, SAFETY
 from luxloop.scenarios.result import Metric
 from luxloop.sim.world import WorldFrame
 
@@ -61,7 +61,7 @@ class SafetyLog:
 
 
 def grade(drives: Mapping[str, SafetyLog]) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
-    """Return every metric of `metric_names.CONTROL` and their table, from the logs by driver; a log may be missing."""
+    """Return every metric of `kind `control`` and their table, from the logs by driver; a log may be missing."""
     sheet, tables = MetricSheet(), []
     for driver, prefix in DRIVERS.items():
         if (log := drives.get(driver)) is not None:

@@ -1,6 +1,15 @@
 """Names, units and meanings of the metrics of truth and tracks in files."""
 
-from luxloop.scenarios.grading.metric_definition import Definition, register
+from typing import NamedTuple
+
+
+class Definition(NamedTuple):
+    """A metric of files: name, unit and meaning in one line."""
+
+    name: str
+    unit: str
+    meaning: str
+
 
 SCORES = (
     Definition("track.hota", "1", "higher order tracking accuracy"),
@@ -34,4 +43,4 @@ ERRORS = (
     Definition("track.width_abs_mean_m", "m", "mean absolute error of the width of pairs"),
     Definition("track.height_abs_mean_m", "m", "mean absolute error of the height of pairs"),
 )
-DEFINITIONS = register((*SCORES, *GOSPA, *AVERAGES, *ERRORS))
+DEFINITIONS = {one.name: one for one in (*SCORES, *GOSPA, *AVERAGES, *ERRORS)}

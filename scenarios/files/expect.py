@@ -4,12 +4,11 @@ import math
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from typing import Literal
 
 from luxloop.scenarios.files import known_failure
-from luxloop.scenarios.grading.metric_names import METRICS
-from luxloop.scenarios.grading.own_metric import PREFIX, OwnMetric, definitions_of
+from luxloop.scenarios.metrics.definitions import find_metric
+from luxloop.scenarios.metrics.own_metric import PREFIX, OwnMetric, definitions_of
 from luxloop.scenarios.result import Metric
 
 RunVerdict = Literal["passed", "failed", "incomplete", "no limits"]
@@ -132,10 +131,8 @@ def metric_name(name: str) -> str:
     ValueError
         It is not; the message names the closest metrics.
     """
-    if name not in METRICS and not name.startswith(PREFIX):
-        close = get_close_matches(name, METRICS, n=3, cutoff=0.5)
-        hint = f"did you mean {', '.join(close)}?" if close else "see scenarios/grading/metric_names.py for all names"
-        raise ValueError(f"unknown metric; {hint}")
+    if not name.startswith(PREFIX):
+        find_metric(name)
     return name
 
 
@@ -147,8 +144,8 @@ def unit_of(name: str, own: Iterable[OwnMetric]) -> str:
     ValueError
         No `[[metric]]` has this name.
     """
-    if name in METRICS:
-        return METRICS[name]
+    if not name.startswith(PREFIX):
+        return find_metric(name).unit
     known = definitions_of(own)
     if name not in known:
         there = f"name one of {', '.join(known)}, or add it" if known else "add it"
@@ -170,10 +167,8 @@ def check_unit(name: str, limit: Limit, own: Iterable[OwnMetric] = ()) -> None:
 
 
 def absent(name: str) -> Metric:
-    """Return the metric of a motion model that is not in the filter bank of the run, or of another scenario file."""
-    if name not in METRICS:
-        return Metric(None, "", 0, "the run has no such metric; run the scenario again")
-    return Metric(None, METRICS[name], 0, "the run's filter bank has no such model")
+    """Return the own metric of another scenario file."""
+    return Metric(None, "", 0, f"the run has no metric {name}; run the scenario again")
 
 
 def check(metrics: Mapping[str, Metric], expect: Mapping[str, Limit], device: str = SHIPPED) -> list[Check]:

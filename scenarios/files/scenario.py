@@ -33,7 +33,7 @@ from luxloop.scenarios.files.expect import Limit, check_unit, metric_name
 from luxloop.scenarios.files.settings import applied as set_keys
 from luxloop.scenarios.files.validation_message import explain, implausible
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.own_metric import OwnMetric, definitions_of
+from luxloop.scenarios.metrics.own_metric import OwnMetric, definitions_of
 from luxloop.sensor_model.noise.noise_config import NoiseConfig
 from luxloop.sensor_model.sensor_config import SensorConfig
 from luxloop.sim.factory import KINDS, TrafficConfig

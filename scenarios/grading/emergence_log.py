@@ -3,11 +3,11 @@
 import numpy as np
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading.emergence_names import STAGES
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.plane_geometry import turned, wrap
 from luxloop.scenarios.grading.track_matches import TrackMatches
+from luxloop.scenarios.metrics.definitions import STAGES
 from luxloop.sim.world import Kind
 from luxloop.tracker.records import Status, Tracks
 

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.grading.emergence_names import STAGES
 from luxloop.scenarios.grading.meeting_point import EgoPath
 from luxloop.scenarios.grading.time_to_collision import time_to_collision
+from luxloop.scenarios.metrics.definitions import STAGES
 from luxloop.sim.world import Kind
 
 COLUMNS = (

@@ -82,3 +82,15 @@ def _oracle(method: np.ndarray[tuple[int], np.dtype[np.int8]], error: Floats) ->
     oracle = np.zeros(len(error), dtype=np.bool_)
     oracle[least] = np.isfinite(error[least])
     return oracle
+
+
+def with_regret(fitted: pd.DataFrame) -> pd.DataFrame:
+    """Add `regret_deg`: the gain of a perfect selection among `METHODS`, NaN except for selected rectangles.
+
+    The regret overstates the fault of the selection, because the least of several errors is partly small by chance.
+    """
+    key = ["frame", "actor_id"]
+    oracle = fitted[fitted["oracle"]].set_index(key)["heading_error_deg"].abs()
+    least = oracle.reindex(pd.MultiIndex.from_frame(fitted[key])).to_numpy()
+    regret = fitted["heading_error_deg"].abs().to_numpy() - least
+    return fitted.assign(regret_deg=np.where(fitted["best"], regret, np.nan))

@@ -3,14 +3,14 @@
 `worst_frames` maps the name of a metric to one of these functions.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.grading import prediction_metrics
-from luxloop.scenarios.grading.mma_metrics import MODE_OF
+from luxloop.scenarios.grading.mode_metrics import MODE_OF
 from luxloop.scenarios.grading.snapshots import CONFIRMATION_S
 from luxloop.tracker.records import MODELS
 
@@ -34,10 +34,10 @@ class RatedRows(NamedTuple):
     """Returns a description of the error in a row."""
 
 
-def fits(table: pd.DataFrame, view: Sequence[str], method: str, measure: str) -> RatedRows:
+def fits(table: pd.DataFrame, view: str, method: str, measure: str) -> RatedRows:
     """Rate the rectangles of one method, limited to one view if `view` names it."""
     rows = table[table[method]] if method in ("best", "oracle") else table[table["method"] == method]
-    rows = rows[rows["view"] == view[0]] if view else rows
+    rows = rows[rows["view"] == view] if view else rows
     if measure == "coverage":
         missing = rows["heading_error_deg"].isna().astype(float)
         return RatedRows(rows, missing, lambda row: f"no rectangle {_vehicle(row)}")
@@ -72,7 +72,7 @@ def positions(tracks: pd.DataFrame, estimate: str, target: str, axes: str) -> Ra
     """Rate the tracked corners of one estimate on standing or moving vehicles, along one or both axes of the ego."""
     judged = tracks[tracks["judged"]]
     standing = judged["true_mode"] == MODELS[0]
-    rows = judged[standing if target.startswith("stationary") else ~standing]
+    rows = {"any": judged, "standing": judged[standing], "moving": judged[~standing]}[target]
     error = np.sqrt(sum(rows[f"{estimate}_{axis}_error_m"] ** 2 for axis in axes))
 
     def describe(row: Row) -> str:
@@ -81,10 +81,10 @@ def positions(tracks: pd.DataFrame, estimate: str, target: str, axes: str) -> Ra
     return RatedRows(rows, error, describe)
 
 
-def predictions(truth: pd.DataFrame, tracks: pd.DataFrame, estimate: str, measure: str) -> RatedRows:
+def predictions(truth: pd.DataFrame, tracks: pd.DataFrame, estimate: str, label: str, *, changing: bool) -> RatedRows:
     """Rate the predictions of one estimate by their distance from the corner at that time."""
-    rows, label = tracks[tracks["judged"]], measure.split("_")[1]
-    if measure.endswith("around_changes"):
+    rows = tracks[tracks["judged"]]
+    if changing:
         rows = rows[prediction_metrics.around_changes(rows, truth)]
     error = pd.Series(prediction_metrics.errors(rows, truth, estimate, label), index=rows.index)
 

@@ -14,8 +14,7 @@ import pandas as pd
 from luxloop.scenarios.grading.articulated import ARTICULATION
 from luxloop.scenarios.grading.column_spool import ColumnSpool
 from luxloop.scenarios.grading.matching import TrackVerdict
-from luxloop.scenarios.grading.metric_names import CANDIDATES, HORIZONS, estimates, models_among
-from luxloop.scenarios.grading.track_metric_names import VIEWS
+from luxloop.scenarios.metrics.definitions import CANDIDATES, HORIZONS, VIEWS, estimates
 from luxloop.sensor_model.truth import Cause, View
 from luxloop.sim.world import Kind, WorldFrame
 from luxloop.tracker.records import MODEL_NAMES, MODELS, Status
@@ -84,7 +83,7 @@ def track_schema(models: Iterable[str]) -> Schema:
 
 def models_of(tracks: pd.DataFrame) -> tuple[str, ...]:
     """Return the models of a track table: the standard ones and those of its filter bank."""
-    return models_among(tracks.columns, "probability_{}")
+    return tuple(model for model in MODEL_NAMES if model in MODELS or f"probability_{model}" in tracks)
 
 
 TRACKS: Schema = {

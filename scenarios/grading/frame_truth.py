@@ -12,7 +12,7 @@ from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.ownership import point_rows
 from luxloop.scenarios.grading.plane_geometry import into_frame, iou_table
 from luxloop.scenarios.grading.truth_events.event_log import FrameEvents
-from luxloop.scenarios.grading.vulnerable.vulnerable_names import GROUPS
+from luxloop.scenarios.metrics.definitions import GROUPS
 from luxloop.sensor_model.truth import ON_NOTHING, Cause, ScanTruth
 from luxloop.sim.sections import bend
 from luxloop.sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
@@ -20,7 +20,7 @@ from luxloop.tracker.scan import Scan
 
 IS_VEHICLE = np.array([kind in VEHICLE_KINDS for kind in Kind])
 """True for vehicles, by `Kind`."""
-IS_VULNERABLE = np.array([kind in GROUPS.values() for kind in Kind])
+IS_VULNERABLE = np.array([kind.name.lower() in GROUPS.values() for kind in Kind])
 """True for people and riders of bicycles, by `Kind`."""
 IS_ON_NOTHING = np.isin(np.arange(len(Cause)), ON_NOTHING)
 """True for causes of points on no object, by `Cause`."""

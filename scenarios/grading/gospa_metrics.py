@@ -1,13 +1,10 @@
-"""GOSPA of a run and its parts, overall and by range, class and view."""
-
-from collections.abc import Iterator
+"""GOSPA of a run and its parts."""
 
 import numpy as np
-import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import gospa
-from luxloop.scenarios.grading.bands import WHOLE, bands, range_bands, why_none
+from luxloop.scenarios.grading.clear_table import ClearTable
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 
 NOTHING = "no vehicle was graded and no track was reported"
@@ -15,45 +12,35 @@ NO_RANGE = "an earlier version made the run, without the range of tracks"
 PARTS = ("localisation", "missed", "false")
 
 
-def grade(sheet: MetricSheet, vehicles: pd.DataFrame, tracks: pd.DataFrame, cutoff_m: float) -> None:
-    """Enter the mean over all frames with a vehicle or a track.
-
-    A band has the vehicles in it, and of false tracks those at its range: they have no class and no view.
+def grade(
+    sheet: MetricSheet, clear: ClearTable, cutoff_m: float, chosen: Bools, false_chosen: Bools, *, ranged: bool
+) -> None:
+    """Enter the mean over all frames with a chosen vehicle or false track.
 
     Parameters
     ----------
-    vehicles
-        Graded rows of the truth table.
-    tracks
-        Rows of the track table on graded vehicles, and false ones.
+    clear
+        Graded vehicles and counted tracks.
     cutoff_m
         `GradingConfig.gospa_cutoff_m`.
+    chosen, false_chosen
+        (n,) masks of the vehicles that count, and (m,) of the tracks that count if they are false.
+    ranged
+        False if tracks are chosen by their range, and it is not known.
     """
+    vehicles, tracks = clear.vehicles, clear.tracks
     found = gospa.assign(vehicles, tracks, cutoff_m)
     located, missed = np.zeros(len(vehicles)), np.full(len(vehicles), 0.5 * cutoff_m**2)
     located[found.vehicle], missed[found.vehicle] = found.squared, 0.0
-    false = np.delete(np.arange(len(tracks)), found.track)
-    false_in = {band: mask[false] for band, mask in _track_bands(tracks)}
-    ranged = bool(tracks["range_m"].notna().all())
-    for band, mask in bands(vehicles):
-        if band.startswith(".by_range") and not ranged:
-            sheet.write(f"track.gospa_m{band}", None, 0, NO_RANGE)
-            continue
-        added = false[false_in.get(band, np.zeros(len(false), np.bool_))]
-        frame = np.concatenate([vehicles["frame"].to_numpy()[mask], tracks["frame"].to_numpy()[added]])
-        cost = _costs(located[mask], missed[mask], np.full(len(added), 0.5 * cutoff_m**2))
-        parts = _sums(frame, cost)
-        why = why_none(band, NOTHING, len(vehicles) + len(tracks))
-        sheet.mean(f"track.gospa_m{band}", np.sqrt(parts.sum(axis=0)), why)
-        if band == WHOLE:
-            for name, part in zip(PARTS, parts, strict=True):
-                sheet.mean(f"track.gospa_{name}_m2", part, why)
-
-
-def _track_bands(tracks: pd.DataFrame) -> Iterator[tuple[str, Bools]]:
-    """Yield the bands that a track has without a vehicle, with the masks (T,) of their tracks."""
-    yield WHOLE, np.ones(len(tracks), np.bool_)
-    yield from range_bands(tracks)
+    is_false = np.ones(len(tracks), np.bool_)
+    is_false[found.track] = False
+    false = np.flatnonzero(is_false & false_chosen)
+    frame = np.concatenate([vehicles["frame"].to_numpy()[chosen], tracks["frame"].to_numpy()[false]])
+    cost = _costs(located[chosen], missed[chosen], np.full(len(false), 0.5 * cutoff_m**2))
+    parts = _sums(frame, cost) if ranged else np.empty((len(PARTS), 0))
+    sheet.mean("track.gospa_m", np.sqrt(parts.sum(axis=0)), NOTHING if ranged else NO_RANGE)
+    for name, part in zip(PARTS, parts, strict=True):
+        sheet.mean(f"track.gospa_{name}_m2", part, NOTHING if ranged else NO_RANGE)
 
 
 def _costs(located: Floats, missed: Floats, false: Floats) -> Floats:

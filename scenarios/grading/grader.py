@@ -8,22 +8,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.grading import (
-    dataset_statistics,
-    emergence_metrics,
-    fit_errors,
-    fit_metrics,
-    fit_rows,
-    frame_tables,
-    mma_metrics,
-    mode_metrics,
-    occlusion_metrics,
-    outlier_metrics,
-    prediction_metrics,
-    segmentation_metrics,
-    track_metrics,
-)
-from luxloop.scenarios.grading.articulated import angles_of
+from luxloop.scenarios.grading import fit_errors, fit_rows, frame_tables, outlier_metrics, segmentation_metrics
 from luxloop.scenarios.grading.blockers import BlockerLog
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.emergence_log import EmergenceLog
@@ -33,23 +18,18 @@ from luxloop.scenarios.grading.frame_tables import TableBuilder
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.matching import TrackMatcher
-from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.occlusion_table import occlusion_table
 from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
 from luxloop.scenarios.grading.snapshots import Snapshots
 from luxloop.scenarios.grading.track_matches import TrackMatches
-from luxloop.scenarios.grading.truth_events import event_metrics
 from luxloop.scenarios.grading.truth_events.event_log import EventLog, FrameEvents
-from luxloop.scenarios.grading.vulnerable import vulnerable_metrics
-from luxloop.scenarios.result import NOT_REPORTED, Metric
+from luxloop.scenarios.metrics.figures import Figures
+from luxloop.scenarios.metrics.observations import RunObservations
 from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
-from luxloop.sim.sections import bend
 from luxloop.sim.world import Collision, WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
-
-NO_TRACE = f"{NOT_REPORTED} a trace of its stages"
 
 PER_FRAME = (
     *("range_max_m", "points_min", "bent_deg", "match_iou_min", "owner_share_min", "part_share_min"),
@@ -163,8 +143,8 @@ class Grader:
         if self._events is not None:
             self._events.end(collisions)
 
-    def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
-        """Return every metric of `metric_names.GRADED` by name, and the tables they are computed from."""
+    def finish(self) -> tuple[Figures, dict[str, pd.DataFrame]]:
+        """Return the figures of the run, which are computed when they are asked for, and its tables."""
         truth, ego, tracks, blockers = (
             table.build() for table in (self._truth, self._ego, self._tracks, self._blockers)
         )
@@ -186,39 +166,12 @@ class Grader:
         return grade(result, self._config, self._frames), result
 
 
-def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int) -> dict[str, Metric]:
-    """Return every metric of `metric_names.GRADED` by name, from the tables of a run.
+def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int) -> Figures:
+    """Return the figures of a run, from its tables as returned by `Grader.finish` and the number of graded frames.
 
-    Parameters
-    ----------
-    table
-        Tables by name, as returned by `Grader.finish`.
-    config
-        Limits of grading. The limits `PER_FRAME` have no effect: the tables already contain theirs.
-    frames
-        Number of graded frames.
+    The limits `PER_FRAME` have no effect: the tables already contain theirs.
     """
-    truth, tracks = table["truth"], table["tracks"]
-    traced = len(table["outliers"]) > 0  # a frame with a trace has a row per cause
-    observations = truth[truth["graded"]]
-    boxed = bend(angles_of(observations)) <= np.radians(config.bent_deg)
-    no_vehicle = track_metrics.NO_TRUTH if traced else NO_TRACE
-    no_segment = "no segment belonged mostly to a graded vehicle" if traced else NO_TRACE
-    sheet = MetricSheet()
-    dataset_statistics.grade(sheet, observations, frames)
-    fit_metrics.grade(sheet, table["fits"], int(boxed.sum()) if traced else 0, no_segment)
-    segmentation_metrics.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
-    outlier_metrics.grade(sheet, table["outliers"], NO_TRACE)
-    models = frame_tables.models_of(tracks)
-    mma_metrics.grade(sheet, tracks, config.nees_confidence, models)
-    prediction_metrics.grade(sheet, truth, tracks, models)
-    mode_metrics.grade(sheet, tracks, models)
-    track_metrics.grade(sheet, truth, tracks, table["overlaps"], config)
-    occlusion_metrics.grade(sheet, truth, tracks, config)
-    emergence_metrics.grade(sheet, table.get("emergence"), config.target)
-    event_metrics.grade(sheet, table.get("events"), table.get("extremes"))
-    vulnerable_metrics.grade(sheet, truth, tracks, table["overlaps"], config)
-    return sheet.metrics
+    return Figures(RunObservations(table, config, frames))
 
 
 def occlusions(table: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, pd.DataFrame]:

@@ -1,21 +1,20 @@
-"""Collection of the metrics of a run: known names only, each once, and no number without observations."""
+"""Figures of a kind that is computed as a whole: known names only, each once, and no number without observations."""
 
 import math
 
 import numpy as np
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading.metric_names import METRICS
-from luxloop.scenarios.grading.metric_range import possible_range
+from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.result import Metric
 from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW, Interval
-from luxloop.scenarios.statistics.jackknife import ratio_interval, std_interval
+from luxloop.scenarios.statistics.jackknife import ratio_interval
 
 Values = Floats | Bools
 
 
 class MetricSheet:
-    """Metrics of one run, entered family by family."""
+    """Figures that are computed together, by the names of their metrics."""
 
     def __init__(self) -> None:
         self.metrics: dict[str, Metric] = {}
@@ -34,7 +33,7 @@ class MetricSheet:
         Parameters
         ----------
         name
-            A name of `metric_names.METRICS`.
+            Name of the metric, with its parameters.
         value
             Its value; None without one.
         n
@@ -51,17 +50,16 @@ class MetricSheet:
         ValueError
             The name is unknown or entered already, or the value is not finite.
         """
-        if name not in METRICS:
-            raise ValueError(f"unknown metric {name}; define it in scenarios/grading/metric_names.py")
+        unit = find_metric(name).unit
         if name in self.metrics:
             raise ValueError(f"metric {name} is on the sheet already")
         if value is None or n == 0:
-            self.metrics[name] = Metric(None, METRICS[name], n, why_none)
+            self.metrics[name] = Metric(None, unit, n, why_none)
             return
         if not math.isfinite(value):
             raise ValueError(f"metric {name} is {value} over {n} observations")
         self.metrics[name] = Metric(
-            float(value), METRICS[name], n, interval=interval, why_no_interval="" if interval else why_no_interval
+            float(value), unit, n, interval=interval, why_no_interval="" if interval else why_no_interval
         )
 
     def mean(self, name: str, values: Values, why_none: str, vehicle: Ints | None = None) -> None:
@@ -74,17 +72,8 @@ class MetricSheet:
         if vehicle is None:
             self.write(name, value, len(part), why_none)
             return
-        interval = ratio_interval(vehicle, part, whole, possible_range(name, METRICS[name]))
+        interval = ratio_interval(vehicle, part, whole, find_metric(name).definition.range)
         self.write(name, value, len(part), why_none, interval, _why_no_interval(value))
-
-    def std(self, name: str, values: Floats, why_none: str, vehicle: Ints | None = None) -> None:
-        """Enter the standard deviation (divided by n) of `values` (n,), with an interval if vehicles (n,) are given."""
-        value = float(np.std(values)) if len(values) else None
-        if vehicle is None:
-            self.write(name, value, len(values), why_none)
-            return
-        interval = std_interval(vehicle, values, possible_range(name, METRICS[name]))
-        self.write(name, value, len(values), why_none, interval, _why_no_interval(value))
 
     def rate(self, name: str, part: int, whole: int, why_none: str) -> None:
         """Enter `part` / `whole`, with `whole` observations."""

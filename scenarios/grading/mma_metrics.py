@@ -1,7 +1,6 @@
 """Position errors of the filters, as in the paper's table IV, and the consistency of their covariances."""
 
 from collections.abc import Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -9,15 +8,12 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading.metric_names import TARGETS, estimates
+from luxloop.scenarios.grading import mode_metrics
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.mode_metrics import MODE_OF
 from luxloop.scenarios.grading.plane_geometry import corner, matching_sign, nearest_sign, turned
-from luxloop.tracker.records import MODELS, TURNING_MODELS, Tracks
-
-MODE_OF = {**{model: model for model in MODELS}, **dict.fromkeys(TURNING_MODELS, "ca")}
-"""True mode that each model describes: a turn is an acceleration."""
-
-NO_PAIR = "no confirmed track followed a graded vehicle"
+from luxloop.scenarios.metrics.definitions import NO_PAIR, estimates
+from luxloop.tracker.records import Tracks
 
 
 def corner_errors(
@@ -87,31 +83,36 @@ def mahalanobis_squared(error: Floats, covariance: Floats) -> Floats:
     return np.where(np.isnan(determinant), np.nan, squared)
 
 
-def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float, models: Sequence[str]) -> None:
-    """Enter position errors and consistency of `models` from the judged rows of the track table.
+def column(tracks: pd.DataFrame, name: str, nees_confidence: float) -> npt.NDArray[Any] | None:
+    """Return a column (K,) of judged tracks that follows from others, None for other names.
 
-    Missing estimates are NaN and do not count.
+    Position errors are absolute [m]. NEES and NIS have 2 degrees of freedom. A single model is graded only while it
+    describes the true mode, because its covariance assumes that motion.
+
+    Parameters
+    ----------
+    tracks
+        Judged rows of the track table.
+    name
+        Name of the column, as in the definitions of the metrics.
+    nees_confidence
+        Probability of the chi-square band.
     """
-    judged = tracks[tracks["judged"]]
-    standing = judged["true_mode"] == MODELS[0]
-    for target, rows in zip(TARGETS, (judged[standing], judged[~standing]), strict=True):
-        why = f"{NO_PAIR} that is a {target.replace('_', ' ')}"
-        for estimate in estimates(models):
-            for axis in "xy":
-                _grade_position(sheet, rows, f"mma.{estimate}.{target}.{axis}_abs", f"{estimate}_{axis}_error_m", why)
-        _grade_gain(sheet, rows, f"mma.gain.{target}", why, models)
-    _grade_consistency(sheet, judged, nees_confidence, models)
+    estimate, _, rest = name.partition("_")
+    if rest in ("x_abs_error_m", "y_abs_error_m"):
+        return np.asarray(np.abs(tracks[f"{estimate}_{rest[0]}_error_m"].to_numpy(np.float64)))
+    if rest.startswith(("nees_", "nis_")):
+        measure, _, figure = rest.partition("_")
+        value = tracks[measure if estimate == "mma" else f"{estimate}_{measure}"].to_numpy(np.float64)
+        low, high = band(nees_confidence)
+        return value if figure == "mean" else np.where(np.isnan(value), np.nan, (low <= value) & (value <= high))
+    if estimate == "describes":
+        every = np.ones(len(tracks), np.bool_)
+        return every if rest == "mma" else np.asarray(tracks["true_mode"] == MODE_OF[rest])
+    return np.asarray(tracks["true_mode"] == rest) if estimate == "mode" else mode_metrics.column(tracks, name)
 
 
-def _grade_position(sheet: MetricSheet, rows: pd.DataFrame, prefix: str, column: str, why_none: str) -> None:
-    known = rows[rows[column].notna()]
-    why_none = "the tracker does not report this estimate" if len(rows) else why_none
-    error, vehicle = known[column].abs().to_numpy(), known["actor_id"].to_numpy()
-    sheet.mean(f"{prefix}_mean_m", error, why_none, vehicle)
-    sheet.std(f"{prefix}_std_m", error, why_none, vehicle)
-
-
-def _grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, why_none: str, models: Sequence[str]) -> None:
+def grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, models: Sequence[str]) -> None:
     """Enter the share by which model selection lowers the mean distance from the true corner below the best model's.
 
     All estimates are compared over the same rows, those with an estimate of every model of the bank.
@@ -123,36 +124,7 @@ def _grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, why_none: str
     off = off[np.isfinite(off).all(axis=1)] if off.shape[1] > 1 else np.empty((0, 2))
     mean = off.mean(axis=0) if len(off) else np.full(off.shape[1], np.nan)
     single = float(mean[:-1].min())
-    sheet.write(name, 1.0 - float(mean[-1]) / single if single > 0.0 else None, len(off), why_none)
-
-
-def _grade_consistency(sheet: MetricSheet, judged: pd.DataFrame, confidence: float, models: Sequence[str]) -> None:
-    """Enter NEES and NIS, with 2 degrees of freedom.
-
-    A single model is graded only while it describes the true mode, because its covariance assumes that motion.
-    """
-    why = "the tracker does not report its covariance" if len(judged) else NO_PAIR
-    _grade_band(sheet, judged, "nees", "mma.nees", why, confidence)
-    for model, measure in product(models, ("nees", "nis")):
-        rows = judged[judged["true_mode"] == MODE_OF[model]]
-        why = (
-            f"the tracker does not report the {measure} of its models"
-            if len(rows)
-            else f"{NO_PAIR} in the mode {MODE_OF[model]}"
-        )
-        _grade_band(sheet, rows, f"{model}_{measure}", f"mma.{model}.{measure}", why, confidence)
-
-
-def _grade_band(
-    sheet: MetricSheet, rows: pd.DataFrame, column: str, prefix: str, why_none: str, confidence: float
-) -> None:
-    """Enter the share within the chi-square band, and the mean of the finite values, which should be 2."""
-    known = rows[rows[column].notna()]
-    low, high = band(confidence)
-    value, vehicle = known[column].to_numpy(), known["actor_id"].to_numpy()
-    sheet.mean(f"{prefix}_in_band", (low <= value) & (value <= high), why_none, vehicle)
-    finite = np.isfinite(value)
-    sheet.mean(f"{prefix}_mean", value[finite], why_none, vehicle[finite])
+    sheet.write(name, 1.0 - float(mean[-1]) / single if single > 0.0 else None, len(off), NO_PAIR)
 
 
 def band(confidence: float) -> tuple[float, float]:

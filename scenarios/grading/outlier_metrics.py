@@ -4,12 +4,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from luxloop.scenarios.arrays import Ints
 from luxloop.scenarios.grading.frame_truth import IS_ON_NOTHING
-from luxloop.scenarios.grading.metric_names import CAUSES
-from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from luxloop.sensor_model.truth import Cause
 from luxloop.tracker.records import StepTrace
@@ -48,19 +45,3 @@ def _count(segment: Ints, cause: npt.NDArray[np.uint8], segments: int) -> Ints:
     """(segments, causes) table of points."""
     cell = segment * len(Cause) + cause
     return np.bincount(cell, minlength=segments * len(Cause)).reshape(segments, len(Cause))
-
-
-def grade(sheet: MetricSheet, outliers: pd.DataFrame, why_none: str) -> None:
-    """Enter the `outliers` metrics.
-
-    Recall: removed points of a cause over all points of this cause. Precision: removed points of a cause over removed
-    points of this cause and clean ones. Removed points of other causes do not count, because their removal is correct.
-    Precision is limited to segments with points of the cause.
-    """
-    total = outliers.groupby("cause", observed=False)[["points", "removed", "clean_removed_beside"]].sum()
-    for cause in CAUSES.values():
-        points, removed, clean = (int(total[column][cause]) for column in total)
-        why = f"no {cause} point in a graded vehicle's segment" if len(outliers) else why_none
-        sheet.rate(f"outliers.{cause}.recall", removed, points, why)
-        why = f"no point was removed, {points} were {cause}" if points else why
-        sheet.rate(f"outliers.{cause}.precision", removed, removed + clean, why)

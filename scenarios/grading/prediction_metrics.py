@@ -9,15 +9,12 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading.metric_names import HORIZONS, estimates
-from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.plane_geometry import out_of_frame, turned
+from luxloop.scenarios.metrics.definitions import HORIZONS, estimates
 from luxloop.tracker.records import Tracks
 
 AROUND_S = 1.0
 """Time before and after a change of the true mode [s]; frames within count as around the change."""
-
-NO_PREDICTION = "the tracker does not report predictions"
 
 
 def columns(models: Sequence[str]) -> list[str]:
@@ -51,37 +48,19 @@ def predicted(tracks: Tracks, row: Ints, ego_pose_odom: Floats, ego_pose_world: 
     return {name: values[:, k] for k, name in enumerate(names)}
 
 
-def grade(sheet: MetricSheet, truth: pd.DataFrame, tracks: pd.DataFrame, models: Sequence[str]) -> None:
-    """Enter the prediction errors from the judged rows of the track table and the motion in the truth table.
+def distance(judged: pd.DataFrame, later: Floats, estimate: str, label: str) -> Floats:
+    """(K,) distances of the predictions of one estimate from the true corners `later` (K, 2) [m]; NaN if unknown.
 
     A prediction is compared with the same corner of the true box at its time, interpolated between two frames. It is
     not graded if the vehicle has left by then. All estimates are graded in the same rows.
     """
-    judged = tracks[tracks["judged"]]
-    around = around_changes(judged, truth)
-    for label, seconds in HORIZONS.items():
-        later = true_corners(judged, truth, seconds)
-        for estimate in estimates(models):
-            error = _distance(judged, later, estimate, label)
-            prefix = f"mma.{estimate}.prediction_{label}_abs_mean_m"
-            _grade(sheet, prefix, judged, error, np.ones_like(around))
-            _grade(sheet, f"{prefix}_around_changes", judged, error, around)
-
-
-def _grade(sheet: MetricSheet, name: str, judged: pd.DataFrame, error: Floats, rows: Bools) -> None:
-    known = rows & np.isfinite(error)
-    why = NO_PREDICTION if rows.any() else "no confirmed track followed a graded vehicle at such a time"
-    sheet.mean(name, error[known], why, judged["actor_id"].to_numpy()[known])
+    names = [f"{estimate}_ahead_{label}_{axis}_world_m" for axis in "xy"]
+    return np.asarray(np.hypot(*(judged[names].to_numpy(np.float64) - later).T))
 
 
 def errors(judged: pd.DataFrame, truth: pd.DataFrame, estimate: str, label: str) -> Floats:
     """(K,) distances of the predictions of one estimate from the true corners [m]; NaN where one is not known."""
-    return _distance(judged, true_corners(judged, truth, HORIZONS[label]), estimate, label)
-
-
-def _distance(judged: pd.DataFrame, later: Floats, estimate: str, label: str) -> Floats:
-    names = [f"{estimate}_ahead_{label}_{axis}_world_m" for axis in "xy"]
-    return np.asarray(np.hypot(*(judged[names].to_numpy(np.float64) - later).T))
+    return distance(judged, true_corners(judged, truth, HORIZONS[label]), estimate, label)
 
 
 def true_corners(judged: pd.DataFrame, truth: pd.DataFrame, ahead_s: float) -> Floats:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.grading.metric_range import possible_range
 from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.metrics.definitions import DEFINITIONS
 from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW, Interval
 from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
@@ -126,7 +126,7 @@ def intervals(sequence: TrackingSequence, scores: VehicleScores, reported: Ints)
     value, without = _scores(total[None]), _scores(total - sums)
     weight = sums[:, 0] + sums[:, 1]
     found = {
-        name: jackknife_interval(float(value[name][0]), without[name], weight, possible_range(name, "1"))
+        name: jackknife_interval(float(value[name][0]), without[name], weight, DEFINITIONS[name].range)
         for name in value
     }
     return {name: interval for name, interval in found.items() if interval is not None}

@@ -4,10 +4,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.ownership import Ownership
 from luxloop.sensor_model.truth import NO_ACTOR
 
@@ -44,16 +42,3 @@ def actor_shares(ownership: Ownership, points: Ints, share_min: float) -> tuple[
     """
     share = ownership.counts[:-1] / np.maximum(points, 1)[:, None]
     return (share >= share_min).sum(axis=1), share.max(axis=1, initial=0.0)
-
-
-def grade(sheet: MetricSheet, truth: pd.DataFrame, segments: pd.DataFrame, share_min: float, why_none: str) -> None:
-    """Enter the `segmentation` rates.
-
-    Over: graded vehicles with at least `share_min` of their points in each of two or more segments. Under: segments in
-    which two objects have shares of at least `share_min`, one of them a graded vehicle; ground and walls count as one
-    object. Missed: graded vehicles without a segment with most of their points.
-    """
-    seen = truth[truth["graded"] & truth["largest_segment_share"].notna()]
-    sheet.mean("segmentation.over_rate", seen["segments"].to_numpy() >= 2, why_none)
-    sheet.mean("segmentation.under_rate", segments["second_share"].to_numpy() >= share_min, why_none)
-    sheet.mean("segmentation.missed_rate", seen["largest_segment_share"].to_numpy() <= 0.5, why_none)

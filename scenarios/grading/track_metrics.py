@@ -1,69 +1,44 @@
-"""Tracking metrics of a run except occlusion survival: HOTA, CLEAR, Identity, and the metrics of the other modules."""
+"""Figures of matched tracks: HOTA, CLEAR, Identity, id switches in view, and false tracks by what they are on."""
 
+from typing import TYPE_CHECKING
+
+import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.grading import (
-    confirmation_metrics,
-    false_track_metrics,
-    gospa_metrics,
-    miss_metrics,
-    motion_metrics,
-    score_sums,
-)
-from luxloop.scenarios.grading.clear_table import ClearTable, clear_table
-from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.id_switches import HitStep, IdSwitch, clear_hits, id_switches
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading import score_sums
+from luxloop.scenarios.grading.clear_table import ClearTable
+from luxloop.scenarios.grading.id_switches import IdSwitch, id_switches
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.tracking_scores import VehicleScores
-from luxloop.scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
+from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.metrics.definitions import CLASSES, NO_TRACK, NO_VEHICLE
 from luxloop.sensor_model.truth import NO_ACTOR
 
-NO_TRUTH = "no vehicle was graded"
+if TYPE_CHECKING:
+    from luxloop.scenarios.metrics.observations import RunObservations
+
+KEY = ["frame", "track_id"]
 
 
-def grade(
-    sheet: MetricSheet,
-    truth: pd.DataFrame,
-    tracks: pd.DataFrame,
-    overlaps: pd.DataFrame,
-    config: GradingConfig,
-) -> None:
-    """Enter the `track` metrics except occlusion survival.
-
-    Parameters
-    ----------
-    truth, tracks, overlaps
-        Tables of the run.
-    """
-    sequence = tracking_sequence(truth, tracks, overlaps)
-    hits = list(clear_hits(sequence, config.hit_iou_min))
-    clear = clear_table(truth, tracks, sequence, hits)
-    _grade_scores(sheet, sequence, hits, clear, config)
-    vehicles = sequence["num_gt_dets"]
-    switches = id_switches(sequence["num_gt_ids"], hits)
-    in_view = sum(_in_view(switch, sequence, truth, config.hidden_fraction_max) for switch in switches)
-    sheet.write("track.id_switches_in_view", in_view, vehicles, NO_TRUTH)
-    false_track_metrics.grade(sheet, clear, truth, overlaps, config.hit_iou_min)
-    miss_metrics.grade(sheet, clear, truth)
-    confirmation_metrics.grade(sheet, clear)
-    gospa_metrics.grade(sheet, clear.vehicles, clear.tracks, config.gospa_cutoff_m)
-    motion_metrics.grade(sheet, truth, tracks)
-
-
-def _grade_scores(
-    sheet: MetricSheet, sequence: TrackingSequence, hits: list[HitStep], clear: ClearTable, config: GradingConfig
-) -> None:
-    """Enter HOTA, CLEAR and Identity, with intervals for the main scores."""
-    of_vehicles = VehicleScores.of(sequence, config.hit_iou_min, hits)
+def grade(sheet: MetricSheet, run: "RunObservations") -> None:
+    """Enter every figure of the kind `score`."""
+    sequence, clear = run.sequence, run.clear
+    of_vehicles = VehicleScores.of(sequence, run.config.hit_iou_min, run.hits)
     scores = score_sums.TrackingScores.of(of_vehicles)
     followed = clear.tracks["actor_id"].where(clear.tracks["verdict"] == "graded", NO_ACTOR).to_numpy()
     interval = score_sums.intervals(sequence, of_vehicles, followed)
     vehicles, reported = sequence["num_gt_dets"], sequence["num_tracker_dets"]
     for name in ("hota", "deta", "assa", "mota", "idf1", "id_switches", "fragments", "missed"):
         value, found = getattr(scores, name), interval.get(f"track.{name}")
-        sheet.write(f"track.{name}", value, vehicles, NO_TRUTH, found, score_sums.why_no_interval(name, value))
+        sheet.write(f"track.{name}", value, vehicles, NO_VEHICLE, found, score_sums.why_no_interval(name, value))
+    sheet.rate("track.id_switch_rate", scores.id_switches, vehicles, NO_VEHICLE)
     sheet.write("track.loca", scores.loca, scores.most_matches, "no track overlaps a graded vehicle")
-    sheet.write("track.false", scores.false, reported, "no track was reported in the graded range")
+    sheet.write("track.false", scores.false, reported, NO_TRACK)
+    switches = id_switches(sequence["num_gt_ids"], run.hits)
+    in_view = sum(_in_view(switch, sequence, run.truth, run.config.hidden_fraction_max) for switch in switches)
+    sheet.write("track.id_switches_in_view", in_view, vehicles, NO_VEHICLE)
+    _grade_false(sheet, clear, run.truth, run.tables["overlaps"], run.config.hit_iou_min)
 
 
 def _in_view(switch: IdSwitch, sequence: TrackingSequence, truth: pd.DataFrame, hidden_fraction_max: float) -> bool:
@@ -77,3 +52,28 @@ def _in_view(switch: IdSwitch, sequence: TrackingSequence, truth: pd.DataFrame, 
     between = truth[(truth["actor_id"] == actor_id) & truth["frame"].between(first, last)]
     visible = between["visible_fraction"] > hidden_fraction_max
     return len(between) == last - first + 1 and bool(visible.all())
+
+
+def _grade_false(
+    sheet: MetricSheet, clear: ClearTable, truth: pd.DataFrame, overlaps: pd.DataFrame, hit_iou_min: float
+) -> None:
+    """Enter the numbers of false tracks of each kind, and the share of all.
+
+    The three kinds add up to `track.false`. Vehicles that are not graded count, too: a box on a part of them is not on
+    nothing.
+    """
+    false = clear.tracks[~clear.hits]
+    of_vehicle = overlaps[overlaps["actor_id"].isin(truth.loc[truth["kind"].isin(CLASSES), "actor_id"])]
+    graded = of_vehicle.merge(clear.vehicles[["frame", "actor_id"]], on=["frame", "actor_id"])
+    nothing = _largest(of_vehicle, false) == 0.0
+    duplicate = _largest(graded, false) >= hit_iou_min
+    counts = {"on_nothing": nothing, "ill_fitting": ~nothing & ~duplicate, "duplicate": duplicate}
+    for name, rows in counts.items():
+        sheet.write(f"track.false_{name}", int(rows.sum()), len(clear.tracks), NO_TRACK)
+    sheet.rate("track.false_share", len(false), len(clear.vehicles), NO_VEHICLE)
+
+
+def _largest(overlaps: pd.DataFrame, tracks: pd.DataFrame) -> Floats:
+    """(n,) largest overlap of each track, 0 without any."""
+    largest = overlaps.groupby(KEY)["iou"].max().reindex(pd.MultiIndex.from_frame(tracks[KEY]))
+    return np.asarray(largest.fillna(0.0), dtype=np.float64)

@@ -7,14 +7,16 @@ import pandas as pd
 
 from luxloop.scenarios.grading import frame_badness, track_badness
 from luxloop.scenarios.grading.frame_badness import RatedRows
-from luxloop.scenarios.grading.metric_names import DRIVERS
 from luxloop.scenarios.grading.track_badness import ESTIMATES
+from luxloop.scenarios.metrics.definitions import DRIVERS, find_metric
+from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.result import Result
 from luxloop.sensor_model.truth import NO_ACTOR
 
 IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
 """Metrics `track.*` about identities; they are bad where a vehicle goes from one track to another."""
-_MODES = ("mode_accuracy", "stationary_accuracy", "confusion", "switch_latency_frames")
+MODES = ("mode_accuracy", "stationary_accuracy", "selected", "switch_latency_frames")
+"""Metrics `mma.*` about the selected model."""
 
 
 class WorstFrame(NamedTuple):
@@ -58,36 +60,55 @@ def vehicle_names(truth: pd.DataFrame) -> dict[int, str]:
 
 def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> RatedRows | None:
     """Return the rows that a metric is computed from with their badness, by the name of the metric."""
-    match metric.split("."):
-        case ["fit", *view, method, measure]:
-            return frame_badness.fits(tables["fits"], view, method, measure)
-        case ["mma", measure, *_] if measure in _MODES:
-            return frame_badness.modes(tables["tracks"], standing_only=measure == "stationary_accuracy")
-        case ["mma", *model, measure] if measure.startswith(("nees", "nis")):
-            return frame_badness.consistency(tables["tracks"], "_".join([*model, measure.partition("_")[0]]))
-        case ["mma", estimate, measure] if measure.startswith("prediction"):
-            return frame_badness.predictions(tables["truth"], tables["tracks"], estimate, measure)
-        case ["mma", "gain", target]:
-            return frame_badness.positions(tables["tracks"], "mma", target, "xy")
-        case ["mma", estimate, target, measure]:
-            return frame_badness.positions(tables["tracks"], estimate, target, measure[0])
-        case ["segmentation", "under_rate"]:
-            return frame_badness.merged(tables["segments"])
-        case ["segmentation", _]:
-            return frame_badness.split(tables["truth"])
-        case ["outliers", cause, _]:
-            return frame_badness.outliers(tables["outliers"], cause)
-        case ["control", measure]:
+    if metric.startswith(PREFIX):
+        return None
+    selection = find_metric(metric)
+    family, _, measure = selection.definition.name.partition(".")
+    chosen = {**selection.parameters, **selection.filters}
+    match family:
+        case "fit":
+            return frame_badness.fits(tables["fits"], chosen.get("view", ""), chosen.get("method", "best"), measure)
+        case "mma":
+            return _rated_estimates(tables, measure, chosen)
+        case "segmentation":
+            return (
+                frame_badness.merged(tables["segments"])
+                if measure == "under_rate"
+                else frame_badness.split(tables["truth"])
+            )
+        case "outliers":
+            return frame_badness.outliers(tables["outliers"], chosen["cause"])
+        case "control":
             driver = "truth" if measure.startswith(DRIVERS["truth"]) else "tracks"
             return frame_badness.control(tables["control"], driver, measure.removeprefix(DRIVERS[driver]))
-        case ["track", measure, *_] if measure.startswith("heading"):
-            return frame_badness.headings(tables["tracks"])
-        case ["track", measure, *_] if measure in ESTIMATES:
-            return track_badness.estimates(tables["truth"], tables["tracks"], measure)
-        case ["track", measure] if measure in IDENTITIES:
-            return frame_badness.identities(tables["truth"])
-        case ["track", "loca"]:
-            return frame_badness.overlaps(tables["tracks"])
-        case ["track", _, *_]:
-            return frame_badness.detections(tables["truth"], tables["tracks"])
+        case "track":
+            return _rated_tracks(tables, measure)
     return None
+
+
+def _rated_estimates(tables: Mapping[str, pd.DataFrame], measure: str, chosen: Mapping[str, str]) -> RatedRows:
+    """Return the rows of a metric of the filters."""
+    model = chosen.get("model", "mma")
+    if measure in MODES:
+        return frame_badness.modes(tables["tracks"], standing_only=measure == "stationary_accuracy")
+    if measure.startswith(("nees", "nis")):
+        column = measure.partition("_")[0]
+        return frame_badness.consistency(tables["tracks"], column if model == "mma" else f"{model}_{column}")
+    if measure.startswith("prediction"):
+        label, changing = measure.split("_")[1], chosen["when"] == "changing"
+        return frame_badness.predictions(tables["truth"], tables["tracks"], model, label, changing=changing)
+    axes = "xy" if measure == "gain" else measure[0]
+    return frame_badness.positions(tables["tracks"], model, chosen["target"], axes)
+
+
+def _rated_tracks(tables: Mapping[str, pd.DataFrame], measure: str) -> RatedRows:
+    """Return the rows of a metric of tracks."""
+    if measure.startswith("heading"):
+        return frame_badness.headings(tables["tracks"])
+    if measure in ESTIMATES:
+        return track_badness.estimates(tables["truth"], tables["tracks"], measure)
+    if measure in IDENTITIES:
+        return frame_badness.identities(tables["truth"])
+    if measure == "loca":
+        return frame_badness.overlaps(tables["tracks"])
+    return frame_badness.detections(tables["truth"], tables["tracks"])

@@ -13,8 +13,8 @@ from luxloop.scenarios.report.cells import NONE, table_of
 from luxloop.scenarios.run.device import REFERENCE
 
 SHORT = {
-    "track.hota": "HOTA", "track.id_switch_rate": "id switches per observation", "track.false_rate": "false rate",
-    "track.missed_rate": "missed rate", GOSPA: "GOSPA [m]",
+    "track.hota": "HOTA", "track.id_switch_rate": "id switches per observation", "track.false_share": "false rate",
+    "track.missed_share": "missed rate", GOSPA: "GOSPA [m]",
 }  # fmt: skip
 
 

@@ -20,7 +20,7 @@ from luxloop.scenarios.statistics.confidence import Interval
 from luxloop.scenarios.statistics.jackknife import SHARE, jackknife_interval
 
 HOTA: ComparedMetric = next(metric for metric in COMPARED_METRICS if metric.name == "track.hota")
-PAIRED = ("track.hota", "track.id_switch_rate", "track.false_rate", "track.missed_rate")
+PAIRED = ("track.hota", "track.id_switch_rate", "track.false_share", "track.missed_share")
 """Compared metrics of the standings."""
 NO_INTERVAL = (math.nan, math.nan)
 

@@ -10,8 +10,9 @@ from luxloop.scenarios.errors import ScenarioError
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import grader
 from luxloop.scenarios.grading.body_points import Ranging
-from luxloop.scenarios.grading.metric_names import GRADED, TURNING
-from luxloop.scenarios.grading.own_metric import PREFIX
+from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric
+from luxloop.scenarios.metrics.figures import Figures
+from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.recorded_scans import RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
@@ -61,7 +62,7 @@ class Regrader:
                     "grade its recorded scans with --tracker or --tracks, or use the same limit"
                 )
         graded = grader.grade(run.result.tables, self._grading, run.result.frames)
-        metrics = run.result.metrics | graded
+        metrics = graded | self._of_loop()
         tables = run.result.tables | grader.occlusions(run.result.tables, self._grading)
         return self._result(metrics, tables, run.result.trace_hash, run.result.config["device"])
 
@@ -106,17 +107,24 @@ class Regrader:
             trace_hash.add(frame, scan, truth, tracks)
         metrics, tables = run_grader.finish()
         measured = stopwatch.stage("tracker") if timed else {}
-        return self._result({**metrics, **self._not_simulated(), **measured}, tables, trace_hash.hexdigest(), name)
+        return self._result(metrics | {**self._not_simulated(), **measured}, tables, trace_hash.hexdigest(), name)
 
     def _not_simulated(self) -> dict[str, Metric]:
         """Return the metrics that need a simulation, without a value; an earlier reason is kept."""
         reason = "recorded scans were graded, without a simulation"
-        of_run = {name: metric for name, metric in self._run.result.metrics.items() if name not in (*GRADED, *TURNING)}
-        return {name: Metric(None, metric.unit, 0, metric.reason or reason) for name, metric in of_run.items()}
+        found = self._of_loop()
+        return {name: Metric(None, metric.unit, 0, metric.reason or reason) for name, metric in found.items()}
 
-    def _result(
-        self, metrics: dict[str, Metric], tables: dict[str, pd.DataFrame], trace_hash: str, tracked_by: str
-    ) -> Result:
+    def _of_loop(self) -> dict[str, Metric]:
+        """Return the metrics that the run loop measured."""
+        found = self._run.result.metrics.items()
+        return {
+            name: metric
+            for name, metric in found
+            if not name.startswith(PREFIX) and find_metric(name).definition.kind in OF_LOOP
+        }
+
+    def _result(self, metrics: Figures, tables: dict[str, pd.DataFrame], trace_hash: str, tracked_by: str) -> Result:
         run = self._run.result
         config: dict[str, Any] = {
             **run.config,
@@ -125,8 +133,7 @@ class Regrader:
             "metric": [metric.model_dump(mode="json") for metric in self._own],
             "device": tracked_by,
         }
-        metrics = {name: metric for name, metric in metrics.items() if not name.startswith(PREFIX)}
-        metrics |= own_metrics.grade(self._own, tables, self._grading, run.frames)
+        metrics |= own_metrics.grade(self._own, tables, metrics, run.frames)
         here = {name: version for name, version in versions.installed().items() if name not in SIMULATORS}
         return Result(
             scenario=run.scenario,
@@ -136,7 +143,7 @@ class Regrader:
             simulator_failed=run.simulator_failed,
             warnings=run.warnings,
             frames=run.frames,
-            metrics=metrics,
+            metrics=metrics.asked(self._expect),
             tables=tables,
             config=config,
             versions={**run.versions, **here},

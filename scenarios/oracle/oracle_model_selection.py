@@ -8,7 +8,7 @@ corrections are those of the tracker.
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.grading.mma_metrics import MODE_OF
+from luxloop.scenarios.grading.mode_metrics import MODE_OF
 from luxloop.scenarios.oracle.oracle_context import OracleContext
 from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracking.filters import Step

@@ -1,6 +1,6 @@
 """Cost of each stage of the tracker: grade the same scans with an oracle in place of one stage after the other."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -21,7 +21,7 @@ from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.scan import Scan
 
-Metrics = dict[str, Metric]
+Metrics = Mapping[str, Metric]
 Tables = dict[str, pd.DataFrame]
 COST_METRIC = "track.hota"
 """Metric of the answer in one line."""
@@ -39,18 +39,18 @@ OF_STAGES = (
     BlameMetric("segmentation.over_rate", "split", "less"),
     BlameMetric("segmentation.under_rate", "merged", "less"),
     BlameMetric("segmentation.missed_rate", "unfound", "less"),
-    BlameMetric("outliers.mirror.precision", "mirror prec.", "more"),
-    BlameMetric("outliers.mirror.recall", "mirror recall", "more"),
-    BlameMetric("outliers.layer_overlap.precision", "overlap prec.", "more"),
-    BlameMetric("outliers.layer_overlap.recall", "overlap recall", "more"),
-    BlameMetric("fit.best.heading_abs_mean_deg", "fit heading [deg]", "less"),
-    BlameMetric("fit.best.position_abs_mean_m", "corner [m]", "less"),
+    BlameMetric("outliers.precision{cause=mirror}", "mirror prec.", "more"),
+    BlameMetric("outliers.recall{cause=mirror}", "mirror recall", "more"),
+    BlameMetric("outliers.precision{cause=layer_overlap}", "overlap prec.", "more"),
+    BlameMetric("outliers.recall{cause=layer_overlap}", "overlap recall", "more"),
+    BlameMetric("fit.heading_abs_mean_deg", "fit heading [deg]", "less"),
+    BlameMetric("fit.position_abs_mean_m", "corner [m]", "less"),
 )
 """Metrics of detection."""
 
 OF_FILTERS = (
-    BlameMetric("mma.mma.moving_target.x_abs_mean_m", "moving x [m]", "less"),
-    BlameMetric("mma.mma.moving_target.y_abs_mean_m", "moving y [m]", "less"),
+    BlameMetric("mma.x_abs_mean_m{target=moving}", "moving x [m]", "less"),
+    BlameMetric("mma.y_abs_mean_m{target=moving}", "moving y [m]", "less"),
     BlameMetric("mma.mode_accuracy", "mode accuracy", "more"),
     BlameMetric("track.moving_velocity_abs_mean_mps", "velocity [m/s]", "less"),
     BlameMetric("track.standing_speed_mean_mps", "standing [m/s]", "less"),

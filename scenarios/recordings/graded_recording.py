@@ -6,11 +6,12 @@ from typing import Any
 
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
-from luxloop.scenarios.grading.metric_names import CONTROL, METRICS
-from luxloop.scenarios.grading.track_metric_names import BANDED_NAMES, SEEN
+from luxloop.scenarios.metrics.definition import Selection
+from luxloop.scenarios.metrics.definitions import OF_LOOP
+from luxloop.scenarios.metrics.figures import Figures
 from luxloop.scenarios.recordings.recording import Recording
 from luxloop.scenarios.recordings.recording_rules import Rules
-from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import car_ahead, progress, versions
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
@@ -27,20 +28,18 @@ Observer = Callable[[WorldFrame, Scan, ScanTruth, Tracks, StepTrace | None, Fram
 
 NO_TRUTH = "the recording has no true poses"
 NO_SIMULATION = "the scans were recorded, not simulated"
+NO_CAUSES = "causes of single points are not known in a recording"
+NO_OCCLUSION = "occlusion is not known in a recording"
+NO_VIEWS = "visible sides are not known in a recording"
 UNKNOWN = {
-    "sim.": NO_SIMULATION,
-    "outliers.": "causes of single points are not known in a recording",
-    "track.occlusion": "occlusion is not known in a recording",
-    "track.hidden": "occlusion is not known in a recording",
-    "track.reacquire": "occlusion is not known in a recording",
-    "track.reappearance": "occlusion is not known in a recording",
-    "track.id_switches_in_view": "occlusion is not known in a recording",
-    "fit.best.bound": "the range noise of the sensor is not known",
-    **{f"{kind}.{view}.": "visible sides are not known in a recording"
-       for kind in ("fit", "dataset") for view in SEEN},
-    **{f"{name}.by_view.": "visible sides are not known in a recording" for name in BANDED_NAMES},
-}  # fmt: skip
-"""Reasons by the beginning of the names of metrics that need more truth than poses."""
+    **dict.fromkeys(OF_LOOP, NO_SIMULATION),
+    "event": NO_SIMULATION,
+    "removal": NO_CAUSES,
+    "occlusion": NO_OCCLUSION,
+    "track.id_switches_in_view": NO_OCCLUSION,
+    "fit.bound_ratio": "the range noise of the sensor is not known",
+}
+"""Reasons by the kind or name of metrics that need more truth than poses."""
 
 
 def run_tracker(
@@ -91,7 +90,7 @@ def grade_device(
         ended_early="",
         simulator_failed=False,
         frames=len(recording),
-        metrics={**_applicable(metrics, recording.has_truth), **_not_simulated(), **measured},
+        metrics=Figures(metrics.run, measured, _why_not if recording.has_truth else lambda _: NO_TRUTH),
         tables=tables,
         config=_config(recording, rules, name),
         versions=versions.installed(),
@@ -103,21 +102,11 @@ def _ungraded(verdict: Any) -> Any:
     return verdict.mask(verdict == "false", "ungraded")
 
 
-def _applicable(metrics: dict[str, Metric], has_truth: bool) -> dict[str, Metric]:
-    """Return metrics without the values that need more truth than the recording has."""
-    return {name: _judged(name, metric, has_truth) for name, metric in metrics.items()}
-
-
-def _judged(name: str, metric: Metric, has_truth: bool) -> Metric:
-    if not has_truth:
-        return Metric(None, metric.unit, 0, NO_TRUTH)
-    reason = next((reason for start, reason in UNKNOWN.items() if name.startswith(start)), None)
-    return metric if reason is None else Metric(None, metric.unit, 0, reason)
-
-
-def _not_simulated() -> dict[str, Metric]:
-    names = [name for name in METRICS if name in CONTROL or name.startswith("perf.")]
-    return {name: Metric(None, METRICS[name], 0, NO_SIMULATION) for name in names}
+def _why_not(selection: Selection) -> str:
+    """Return why a metric does not apply to a recording with true poses; empty if it does."""
+    definition = selection.definition
+    of_view = NO_VIEWS if "view" in selection.filters else ""
+    return UNKNOWN.get(definition.name) or UNKNOWN.get(definition.kind) or of_view
 
 
 def _config(recording: Recording, rules: Rules, name: str) -> dict[str, Any]:

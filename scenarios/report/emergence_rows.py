@@ -2,12 +2,12 @@
 
 from rich.table import Table
 
-from luxloop.scenarios.grading.emergence_names import MEASURES, STAGES, TARGET
+from luxloop.scenarios.metrics.definitions import STAGES
 from luxloop.scenarios.report.cells import table_of, value_of
 from luxloop.scenarios.result import Result
 
 HEADS = {
-    "s": "time [s]",
+    "time_s": "time [s]",
     "delay_s": "since beam [s]",
     "range_m": "range [m]",
     "ttc_s": "collision in [s]",
@@ -22,8 +22,8 @@ def emergence(result: Result) -> list[Table]:
     target = result.config["grading"].get("target", "")
     if not target:
         return []
-    table = table_of(f"Emergence of {target}", "", *(HEADS[name] for name in MEASURES))
+    table = table_of(f"Emergence of {target}", "", *HEADS.values())
     for stage in STAGES:
-        metrics = [result.metrics[f"emergence.{TARGET}.{stage}_{name}"] for name in MEASURES]
+        metrics = [result.metrics[f"emergence.{name}{{stage={stage}}}"] for name in HEADS]
         table.add_row(stage.replace("_", " "), *(value_of(metric, 2) for metric in metrics))
     return [table]

@@ -2,24 +2,36 @@
 
 from rich.table import Table
 
-from luxloop.scenarios.grading.metric_names import CORNER_FIGURES, COVERAGES, FIT_METHODS, POINT_BANDS
-from luxloop.scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
+from luxloop.scenarios.metrics.definition import filtered
+from luxloop.scenarios.metrics.definitions import (
+    CORNER_FIGURES,
+    COVERAGES,
+    FIT_METHODS,
+    POINT_BANDS,
+    RANGE_BANDS,
+    VIEWS,
+)
 from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
 from luxloop.scenarios.result import Result
 from luxloop.tracker.records import BASELINES
 
-SCOPES = {"all": "", **{view.replace("_", "-"): f"{view}." for view in VIEWS.values()}}
-"""Scopes of the metrics by their names in the tables."""
+SCOPES = {"all": "", **{view.replace("_", "-"): view for view in VIEWS.values()}}
+"""Views by their names in the tables; all without one."""
 BANDS = {
-    **{f"{band.replace('_', '-')} m": f"by_range.{band}" for band in RANGE_BANDS},
-    **{f"{band.replace('_', '-')} points": f"by_points.{band}" for band in POINT_BANDS},
+    **{f"{band} m": {"range": band} for band in RANGE_BANDS},
+    **{f"{band} points": {"points": band} for band in POINT_BANDS},
 }
-"""Ends of the names of metrics by their names in the tables."""
+"""Filters by their names in the tables."""
+
+
+def of_method(figure: str, method: str, **filters: str) -> str:
+    """Return the name of a figure of a method's rectangles."""
+    return filtered(f"fit.{figure}", method="" if method == FIT_METHODS[0] else method, **filters)
 
 
 def methods_of(result: Result) -> list[str]:
     """Return the methods with fits: all except disabled baselines."""
-    return [m for m in FIT_METHODS if m not in BASELINES or result.metrics[f"fit.{m}.heading_mean_deg"].n]
+    return [m for m in FIT_METHODS if m not in BASELINES or result.metrics[of_method("heading_mean_deg", m)].n]
 
 
 def emphasis(method: str) -> str:
@@ -32,9 +44,9 @@ def heading_by_band(result: Result) -> Table:
     title = "Mean absolute fit heading error by range and by points of the segment [deg]"
     table = table_of(title, "method", *(name.replace("points", "pts") for name in BANDS))
     for method in methods_of(result):
-        metrics = [result.metrics[f"fit.{method}.heading_abs_mean_deg.{band}"] for band in BANDS.values()]
+        metrics = [result.metrics[of_method("heading_abs_mean_deg", method, **band)] for band in BANDS.values()]
         table.add_row(method, *map(value_of, metrics), style=emphasis(method))
-    counts = [str(result.metrics[f"fit.best.heading_abs_mean_deg.{band}"].n) for band in BANDS.values()]
+    counts = [str(result.metrics[filtered("fit.heading_abs_mean_deg", **band)].n) for band in BANDS.values()]
     table.add_row("n", *counts, style="dim")
     return table
 
@@ -51,13 +63,13 @@ def selection(result: Result) -> Table:
     )
     for name, scope in SCOPES.items():
         regret, ratio, *coverage = (
-            result.metrics[f"fit.{scope}best.{figure}"]
+            result.metrics[filtered(f"fit.{figure}", view=scope)]
             for figure in ("regret_deg", "bound_ratio", *(f"coverage_{percent}" for percent in COVERAGES))
         )
         cells = [value_of(regret), interval_of(regret), *map(percent_of, coverage), value_of(ratio), str(regret.n)]
         table.add_row(name, *cells)
     for name, band in BANDS.items():
-        regret = result.metrics[f"fit.best.regret_deg.{band}"]
+        regret = result.metrics[filtered("fit.regret_deg", **band)]
         blank = [""] * (len(COVERAGES) + 1)
         table.add_row(name, value_of(regret), interval_of(regret), *blank, str(regret.n))
     return table
@@ -69,7 +81,7 @@ def corner_and_extents(result: Result) -> Table:
     table = table_of("Selected fits: nearest corner (+ is outside) and visible extents, means [m]", "", *heads, "n")
     for name, scope in SCOPES.items():
         metrics = [
-            result.metrics[f"fit.{scope}best.{figure}_{kind}_m"]
+            result.metrics[filtered(f"fit.{figure}_{kind}_m", view=scope)]
             for figure in CORNER_FIGURES
             for kind in ("mean", "abs_mean")
         ]

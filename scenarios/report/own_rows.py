@@ -2,7 +2,7 @@
 
 from rich.table import Table
 
-from luxloop.scenarios.grading.own_metric import OwnMetric
+from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.report.cells import interval_of, table_of, unit_of, value_of
 from luxloop.scenarios.result import Result
 

@@ -4,11 +4,11 @@ from itertools import product
 
 from rich.table import Table
 
-from luxloop.scenarios.grading.metric_names import TARGETS, estimates, models_among
-from luxloop.scenarios.grading.track_metric_names import SEEN, VIEWS
+from luxloop.scenarios.metrics.definition import filtered
+from luxloop.scenarios.metrics.definitions import NO_VIEW, TARGETS, VIEWS, estimates
 from luxloop.scenarios.report import paper_figures
 from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
-from luxloop.scenarios.report.fit_tables import emphasis, methods_of
+from luxloop.scenarios.report.fit_tables import emphasis, methods_of, of_method
 from luxloop.scenarios.result import Metric, Result
 
 
@@ -19,8 +19,8 @@ def dataset(result: Result) -> Table:
         table.add_row(
             name.replace("_", " "), value_of(result.metrics[f"dataset.{name}"], digits=1), "", f"{number}", ""
         )
-    for view in SEEN:
-        count, share = (result.metrics[f"dataset.{view}.{name}"] for name in ("observations", "share"))
+    for view in (*VIEWS.values(), NO_VIEW):
+        count, share = (result.metrics[f"dataset.{name}{{view={view}}}"] for name in ("observations", "share"))
         published = paper_figures.VIEWS.get(view)
         cells = [f"{published}", f"{published / sum(paper_figures.VIEWS.values()):.1%}"] if published else []
         table.add_row(f"view: {view.replace('_', '-')}", value_of(count), percent_of(share), *cells)
@@ -33,7 +33,7 @@ def heading_error(result: Result) -> Table:
     table = table_of("Fit heading error by method, modulo 90 degrees [deg]", "method", *columns)
     for method in methods_of(result):
         metrics = [
-            result.metrics[f"fit.{method}.heading_{name}_deg"] for name in ("mean", "std", "abs_mean", "abs_std")
+            result.metrics[of_method(f"heading_{name}_deg", method)] for name in ("mean", "std", "abs_mean", "abs_std")
         ]
         mean, std, abs_mean, abs_std = map(value_of, metrics)
         interval, n = interval_of(metrics[2]), str(metrics[0].n)
@@ -53,8 +53,8 @@ def heading_distribution(result: Result) -> Table:
     title = "Share of fit heading errors of at most, with its 95 % interval; = 0 in whole degrees"
     table = table_of(title, "method", "= 0", *(f"{limit} deg" for limit in range(1, 6)))
     for method in methods_of(result):
-        zero = percent_of(result.metrics[f"fit.{method}.rounded_to_0deg"])
-        shares = [result.metrics[f"fit.{method}.within_{limit}deg"] for limit in range(1, 6)]
+        zero = percent_of(result.metrics[of_method("rounded_to_0deg", method)])
+        shares = [result.metrics[of_method(f"within_{limit}deg", method)] for limit in range(1, 6)]
         cells = [f"{percent_of(share)} {_spread(share)}".rstrip() for share in shares]
         table.add_row(method, zero, *cells, style=emphasis(method))
     for method, published in paper_figures.WITHIN.items():
@@ -65,11 +65,11 @@ def heading_distribution(result: Result) -> Table:
 
 def heading_by_view(result: Result) -> Table:
     """Return heading errors by view of the vehicle."""
-    counts = {view: result.metrics[f"fit.{view}.best.heading_abs_mean_deg"].n for view in VIEWS.values()}
+    counts = {view: result.metrics[f"fit.heading_abs_mean_deg{{view={view}}}"].n for view in VIEWS.values()}
     columns = (f"{view.replace('_', '-')}, n = {count}" for view, count in counts.items())
     table = table_of("Mean absolute fit heading error by view [deg]", "method", *columns)
     for method in methods_of(result):
-        metrics = [result.metrics[f"fit.{view}.{method}.heading_abs_mean_deg"] for view in counts]
+        metrics = [result.metrics[of_method("heading_abs_mean_deg", method, view=view)] for view in counts]
         table.add_row(method, *map(value_of, metrics), style=emphasis(method))
     return table
 
@@ -78,14 +78,16 @@ def position_error(result: Result) -> Table:
     """Return table IV: position errors. The paper does not name its single model; here every model has a row."""
     columns = ("targets", "x mean", "95 %", "x STD", "y mean", "95 %", "y STD", "n")
     table = table_of("Absolute error of the tracked corner, on the ego's axes [m]", "model", *columns)
-    for target, estimate in product(TARGETS, estimates(models_among(result.metrics))):
+    for target, estimate in product(TARGETS, estimates(result.metrics.run.models)):
         cells = []
         for axis in "xy":
-            prefix = f"mma.{estimate}.{target}.{axis}_abs"
-            mean, std = result.metrics[f"{prefix}_mean_m"], result.metrics[f"{prefix}_std_m"]
+            mean, std = (
+                result.metrics[filtered(f"mma.{axis}_abs_{figure}_m", model=estimate, target=target)]
+                for figure in ("mean", "std")
+            )
             cells += [value_of(mean), interval_of(mean).removesuffix(" vehicles"), value_of(std)]  # two on a line
         style = "bold" if estimate == "mma" else ""
-        table.add_row(estimate, target.split("_")[0], *cells, str(mean.n), style=style)
+        table.add_row(estimate, target, *cells, str(mean.n), style=style)
     for (model, targets), published in paper_figures.POSITION_ABS_M.items():
         x_mean, x_std, y_mean, y_std = (f"{value:.3f}" for value in published)
         table.add_row(f"paper: {model}", targets, x_mean, "", x_std, y_mean, "", y_std, style="dim")

@@ -6,15 +6,15 @@ from rich.table import Table
 from rich.text import Text
 
 from luxloop.scenarios.files.expect import Check, ExpectationOutcome
-from luxloop.scenarios.grading.metric_names import (
+from luxloop.scenarios.metrics.definition import filtered
+from luxloop.scenarios.metrics.definitions import (
     CAUSES,
     DRIVERS,
     HORIZONS,
-    REGISTRY,
     SAFETY,
     TIMED_STAGES,
     estimates,
-    models_among,
+    find_metric,
 )
 from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
 from luxloop.scenarios.result import Result
@@ -23,10 +23,10 @@ from luxloop.tracker.records import MODELS
 
 def modes(result: Result) -> Table:
     """Return the confusion table of the selected model by true mode."""
-    models = models_among(result.metrics)
+    models = result.metrics.run.models
     table = table_of("Selected model by true mode", "true mode", *models, "n")
     for mode in MODELS:
-        rates = [result.metrics[f"mma.confusion.{mode}.{model}"] for model in models]
+        rates = [result.metrics[f"mma.selected{{mode={mode},model={model}}}"] for model in models]
         table.add_row(mode, *map(percent_of, rates), str(rates[0].n))
     return table
 
@@ -36,10 +36,10 @@ def predictions(result: Result) -> Table:
     title = "Mean distance of the tracked corner from its prediction [m]; changes: within 1 s of a change of mode"
     labels = [f"{seconds:g} s{where}" for where in ("", ", changes") for seconds in HORIZONS.values()]
     table = table_of(title, "model", *labels, "n")
-    for estimate in estimates(models_among(result.metrics)):
+    for estimate in estimates(result.metrics.run.models):
         found = [
-            result.metrics[f"mma.{estimate}.prediction_{label}_abs_mean_m{where}"]
-            for where in ("", "_around_changes")
+            result.metrics[filtered(f"mma.prediction_{label}_abs_mean_m", model=estimate, when=when)]
+            for when in ("any", "changing")
             for label in HORIZONS
         ]
         table.add_row(estimate, *map(value_of, found), str(found[0].n), style="bold" if estimate == "mma" else "")
@@ -50,9 +50,11 @@ def consistency(result: Result) -> Table:
     """Return a table of NEES and NIS of the filters."""
     title = "Consistency of the filters, each while it is the true mode: share in the chi-square band, mean (2)"
     table = table_of(title, "model", "NEES in band", "NEES mean", "NIS in band", "NIS mean", "n")
-    for model in models_among(result.metrics):
+    for model in result.metrics.run.models:
         nees, nees_mean, nis, nis_mean = (
-            result.metrics[f"mma.{model}.{name}_{what}"] for name in ("nees", "nis") for what in ("in_band", "mean")
+            result.metrics[f"mma.{name}_{what}{{model={model}}}"]
+            for name in ("nees", "nis")
+            for what in ("in_band", "mean")
         )
         cells = [percent_of(nees), value_of(nees_mean), percent_of(nis), value_of(nis_mean), str(nees.n)]
         table.add_row(model, *cells)
@@ -65,7 +67,7 @@ def outliers(result: Result) -> Table:
     """Return precision and recall of outlier removal by cause."""
     table = table_of("Outlier removal by cause of the outlier", "cause", "precision", "recall", "points")
     for cause in CAUSES.values():
-        precision, recall = (result.metrics[f"outliers.{cause}.{name}"] for name in ("precision", "recall"))
+        precision, recall = (result.metrics[f"outliers.{name}{{cause={cause}}}"] for name in ("precision", "recall"))
         table.add_row(cause.replace("_", " "), value_of(precision), value_of(recall), str(recall.n))
     return table
 
@@ -81,7 +83,7 @@ def metric_rows(title: str, result: Result, names: Iterable[str]) -> Table:
     table.add_column("", style="dim")
     for name in names:
         metric = result.metrics[name]
-        meaning = metric.reason or REGISTRY[name].meaning
+        meaning = metric.reason or find_metric(name).meaning
         table.add_row(name, value_of(metric), interval_of(metric), str(metric.n), meaning)
     return table
 
@@ -89,7 +91,7 @@ def metric_rows(title: str, result: Result, names: Iterable[str]) -> Table:
 def control(result: Result) -> Table:
     """Return the safety metrics of the controlled ego, driven by the tracks and by the truth."""
     table = table_of("Controlled ego, by the truth of its drives", "", *(f"by the {driver}" for driver in DRIVERS))
-    for name, (unit, meaning) in SAFETY.items():
+    for name, (unit, meaning, *_) in SAFETY.items():
         metrics = [result.metrics[f"control.{prefix}{name}"] for prefix in DRIVERS.values()]
         table.add_row(Text(f"{meaning} [{unit}]"), *map(value_of, metrics))
     return table

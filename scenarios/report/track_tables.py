@@ -1,21 +1,34 @@
 """Tables of the tracks: scores, missed vehicles, false tracks and estimates, overall and by range, class and view."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from rich.table import Table
 
-from luxloop.scenarios.grading import track_metric_names as names
-from luxloop.scenarios.grading.metric_definition import Definition
+from luxloop.scenarios.metrics.definition import filtered
+from luxloop.scenarios.metrics.definitions import REPORTED_BANDS
 from luxloop.scenarios.report.cells import table_of, value_of
 from luxloop.scenarios.report.tables import metric_rows
 from luxloop.scenarios.result import Result
 
-TABLES: dict[str, tuple[Iterable[Definition], ...]] = {
-    "Tracking": (names.SCORES, names.OCCLUSION),
-    "Found and missed vehicles, false tracks": (names.CONFIRMATION, names.MISSED, names.FALSE, names.GOSPA),
-    "Motion, track heading and size": (names.MOTION, names.HEADING, names.SIZE),
+TABLES: dict[str, tuple[str, ...]] = {
+    "Tracking": (
+        *("hota", "deta", "assa", "loca", "mota", "idf1", "id_switches", "id_switches_in_view", "fragments", "missed"),
+        *("false", "occlusion_survival", "hidden_2s_survival", "reacquire_s", "reappearance_error_m"),
+    ),
+    "Found and missed vehicles, false tracks": (
+        *("time_to_confirm_s", "time_to_confirm_p90_s", "never_confirmed"),
+        *("missed_share", "missed_share_standing", "missed_share_long"),
+        *("false_on_nothing", "false_ill_fitting", "false_duplicate", "false_share"),
+        *("gospa_m", "gospa_localisation_m2", "gospa_missed_m2", "gospa_false_m2"),
+    ),
+    "Motion, track heading and size": (
+        *("velocity_abs_mean_mps", "moving_velocity_abs_mean_mps", "standing_speed_mean_mps", "speed_abs_mean_mps"),
+        *("speed_mean_mps", "acceleration_abs_mean_mps2"),
+        *("heading_abs_mean_deg", "heading_abs_p90_deg", "heading_flip_rate", "standing_heading_abs_mean_deg"),
+        *("length_mean_m", "length_abs_mean_m", "width_mean_m", "width_abs_mean_m"),
+    ),
 }
-"""Groups of metrics by the titles of their tables."""
+"""Metrics of tracks by the titles of their tables."""
 
 BANDED_TABLES = {
     "Missed vehicles and sizes by range, class and view": {
@@ -40,10 +53,7 @@ BANDED_TABLES = {
 
 def tracking(result: Result) -> list[Table]:
     """Return a table for each group of track metrics of the whole run."""
-    return [
-        metric_rows(title, result, [definition.name for group in groups for definition in group])
-        for title, groups in TABLES.items()
-    ]
+    return [metric_rows(title, result, [f"track.{name}" for name in names]) for title, names in TABLES.items()]
 
 
 def by_band(result: Result) -> list[Table]:
@@ -53,9 +63,13 @@ def by_band(result: Result) -> list[Table]:
 
 def _by_band(title: str, columns: Mapping[str, str], result: Result) -> Table:
     table = table_of(title, "", *columns.values(), "n")
-    for band in names.BANDS:
-        metrics = [result.metrics[f"{name}.{band}"] for name in columns]
-        kind, _, part = band.removeprefix("by_").partition(".")
-        name = f"{part.replace('_', '-')} m" if kind == "range" else part.replace("_", " ")
-        table.add_row(f"{kind} {name}", *map(value_of, metrics), str(metrics[0].n))
+    for band in REPORTED_BANDS:
+        metrics = [result.metrics[filtered(name, **band)] for name in columns]
+        table.add_row(band_label(band), *map(value_of, metrics), str(metrics[0].n))
     return table
+
+
+def band_label(band: Mapping[str, str]) -> str:
+    """Return the text of a filter: `range 0-15 m`, `class bus`, `view l shape`."""
+    ((key, value),) = band.items()
+    return f"{key} {value} m" if key == "range" else f"{key} {value.replace('_', ' ')}"

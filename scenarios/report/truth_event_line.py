@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pandas as pd
 from rich.text import Text
 
-from luxloop.scenarios.grading.truth_events.event_names import COUNTS, MASKED, EventKind
+from luxloop.scenarios.grading.truth_events.event_names import COUNTS, EventKind
 from luxloop.scenarios.result import Result
 from luxloop.sim.highway.highway_config import MOTORIST
 
@@ -41,7 +41,7 @@ def truth_events(result: Result) -> list[Text]:
     if events is None or events.empty:
         return warnings
     line = f"Traffic events: {'; '.join(_kinds(events))}"
-    masked = result.metrics[MASKED].value
+    masked = result.metrics["sim.masked_observations"].value
     if masked:
         line += f"; {masked:.0f} observations are not graded because of them"
     return [*warnings, Text(line + _remedy(result, events), style="yellow")]
@@ -61,7 +61,7 @@ def _remedy(result: Result, events: pd.DataFrame) -> str:
 
 def _kinds(events: pd.DataFrame) -> Iterator[str]:
     """Yield the number of events of each kind, and the largest of them."""
-    for kind, _ in COUNTS.values():
+    for kind in COUNTS.values():
         found = events[events["kind"] == kind.name.lower()]
         if found.empty:
             continue

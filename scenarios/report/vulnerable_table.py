@@ -2,7 +2,7 @@
 
 from rich.table import Table
 
-from luxloop.scenarios.grading.vulnerable.vulnerable_names import COUNTS, GROUPS, SCORES
+from luxloop.scenarios.metrics.definitions import GROUPS, VULNERABLE_COUNTS, VULNERABLE_SCORES
 from luxloop.scenarios.report.cells import table_of, value_of
 from luxloop.scenarios.result import Result
 
@@ -23,7 +23,8 @@ def vulnerable(result: Result) -> list[Table]:
     if not any(_observations(result, group) for group in GROUPS):
         return []
     table = table_of("People and riders", "metric", *GROUPS)
-    rows = {"observations": "observations"} | {name: name.replace("_", " ") for name in (*SCORES, *COUNTS)} | ERRORS
+    scores = {name: name.replace("_", " ") for name in (*VULNERABLE_SCORES, *VULNERABLE_COUNTS)}
+    rows = {"observations": "observations"} | scores | ERRORS
     for name, title in rows.items():
         metrics = [result.metrics[f"{group}.{name}"] for group in GROUPS]
         table.add_row(title, *map(value_of, metrics))

@@ -123,7 +123,7 @@ def run(
                     grader.end(error.collisions)
             recorder.finish()
     metrics, tables = grader.finish()
-    own = own_metrics.grade(scenario.metric, tables, scenario.grading, frames)
+    own = own_metrics.grade(scenario.metric, tables, metrics, frames)
     drives, end_by_truth = _drives(scenario, rig, driver, frames)
     control_metrics, control_tables = safety.grade(drives)
     end = end or end_by_truth
@@ -134,7 +134,7 @@ def run(
         ended_early=" ".join(str(end).split()) if end else "",
         simulator_failed=isinstance(end, SimulatorFailedError),
         frames=frames,
-        metrics={**metrics, **control_metrics, **stopwatch.metrics(frames, source.dt), **own},
+        metrics=(metrics | {**control_metrics, **stopwatch.metrics(frames, source.dt), **own}).asked(scenario.expect),
         tables={**tables, **control_tables},
         config=_effective_config(scenario, rig, make_device, source.ego_name),
         versions=versions.installed(),

@@ -14,20 +14,14 @@ import pandas as pd
 
 from luxloop import former_names
 from luxloop.scenarios.errors import MetricError
-from luxloop.scenarios.grading import grader
-from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.own_metric import OwnMetric
+from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.result import Metric
 from luxloop.scenarios.run.device import place_of
-from luxloop.sensor_model.truth import NO_ACTOR
 
 Tables = Mapping[str, pd.DataFrame]
 MetricFunction = Callable[[dict[str, pd.DataFrame]], float | None]
 """A function of the user: from tables by name, as in `scenarios.grading.frame_tables`, to a number, or None if the
 metric does not apply."""
-
-OF_ACTORS = ("tracks", "overlaps", "fits", "segments", "emergence", "occlusions", "blockers")
-"""Tables of which the rows of other actors are left out."""
 
 
 def load(metrics: Iterable[OwnMetric]) -> dict[str, MetricFunction]:
@@ -41,8 +35,10 @@ def load(metrics: Iterable[OwnMetric]) -> dict[str, MetricFunction]:
     return {metric.name: _load(metric) for metric in metrics if metric.function}
 
 
-def grade(metrics: Iterable[OwnMetric], tables: Tables, config: GradingConfig, frames: int) -> dict[str, Metric]:
-    """Return the metrics by name, from the tables of a run of some frames.
+def grade(
+    metrics: Iterable[OwnMetric], tables: Tables, figures: Mapping[str, Metric], frames: int
+) -> dict[str, Metric]:
+    """Return the metrics by name, from the tables and the figures of a run of some frames.
 
     Raises
     ------
@@ -54,39 +50,18 @@ def grade(metrics: Iterable[OwnMetric], tables: Tables, config: GradingConfig, f
         if metric.function:
             found[metric.name] = _call(functions[metric.name], metric, tables, frames)
         else:
-            found[metric.name] = _over_actors(metric, tables, config, frames)
+            found[metric.name] = _over_actors(metric, tables, figures)
     return found
 
 
-def tables_of(tables: Tables, actors: list[str], classes: list[str]) -> dict[str, pd.DataFrame]:
-    """Return the tables with only some actors graded, and without tracks on others or on nothing.
-
-    Parameters
-    ----------
-    actors, classes
-        Names and classes of the actors; an empty list chooses all.
-    """
-    truth = tables["truth"]
-    chosen = pd.Series(True, truth.index)
-    if actors:
-        chosen &= truth["name"].isin(actors)
-    if classes:
-        chosen &= truth["kind"].astype(str).isin(classes)
-    ids = set(truth.loc[chosen, "actor_id"]) - {NO_ACTOR}
-    kept = {name: tables[name][tables[name]["actor_id"].isin(ids)] for name in OF_ACTORS if name in tables}
-    return {**tables, **kept, "truth": truth.assign(graded=truth["graded"] & chosen)}
-
-
-def _over_actors(metric: OwnMetric, tables: Tables, config: GradingConfig, frames: int) -> Metric:
-    of = tables_of(tables, metric.actors, metric.classes)
+def _over_actors(metric: OwnMetric, tables: Tables, figures: Mapping[str, Metric]) -> Metric:
     names, kinds = set(tables["truth"]["name"]), set(tables["truth"]["kind"].astype(str))
     unit = metric.definition.unit
     if unknown := [name for name in metric.actors if name not in names]:
         return Metric(None, unit, 0, f'no actor is named "{unknown[0]}"')
     if metric.classes and not kinds & set(metric.classes):
         return Metric(None, unit, 0, f"no actor of class {' or '.join(metric.classes)}")
-    graded = grader.grade(of, config, frames)
-    return graded.get(metric.of) or Metric(None, unit, 0, "the run's filter bank has no such model")
+    return figures[metric.selection.name]
 
 
 def _call(function: MetricFunction, metric: OwnMetric, tables: Tables, frames: int) -> Metric:

@@ -20,6 +20,10 @@ from luxloop.scenarios.dataset import writer as dataset
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, verdict
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.metrics.figures import Figures
+from luxloop.scenarios.metrics.former_names import present_name
+from luxloop.scenarios.metrics.observations import RunObservations
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run.table_checks import require_table
 
@@ -113,6 +117,7 @@ def read(folder: Path) -> Result:
         raise OutputError(f"{folder}: incomplete: the run was killed; run the scenario again")
     try:
         document = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        tables = {path.stem: _read_table(path) for path in sorted((folder / TABLES).glob("*.parquet"))}
         return Result(
             scenario=document["scenario"],
             seed=document["seed"],
@@ -120,8 +125,8 @@ def read(folder: Path) -> Result:
             ended_early=document["ended_early"],
             simulator_failed=document["simulator_failed"],
             frames=document["frames"],
-            metrics={name: _read_metric(metric) for name, metric in document["metrics"].items()},
-            tables={path.stem: _read_table(path) for path in sorted((folder / TABLES).glob("*.parquet"))},
+            metrics=_figures(document, tables),
+            tables=tables,
             config=document["config"],
             versions=document["versions"],
             warnings=tuple(map(str, document.get("warnings", ()))),
@@ -165,6 +170,12 @@ def _not_a_run(folder: Path) -> OutputError:
 def metric_document(metric: Metric) -> dict[str, Any]:
     """Return the JSON of a metric; reasons are left out if they are empty."""
     return {key: value for key, value in asdict(metric).items() if key not in REASONS or value}
+
+
+def _figures(document: dict[str, Any], tables: dict[str, pd.DataFrame]) -> Figures:
+    """Return the figures of a run; those that its file does not hold are computed from its tables."""
+    known = {present_name(name) or name: _read_metric(metric) for name, metric in document["metrics"].items()}
+    return Figures(RunObservations(tables, GradingConfig(**document["config"]["grading"]), document["frames"]), known)
 
 
 def _read_metric(document: dict[str, Any]) -> Metric:

@@ -7,7 +7,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from luxloop.scenarios.grading.metric_names import METRICS, TIMED_STAGES
+from luxloop.scenarios.metrics.definitions import DEFINITIONS, TIMED_STAGES
 from luxloop.scenarios.result import Metric
 
 Arguments = ParamSpec("Arguments")
@@ -48,7 +48,7 @@ class Stopwatch:
         values = {
             f"perf.{stage}_ms_p{quantile}": 1e3 * float(np.percentile(taken_s, quantile)) for quantile in (50, 99)
         }
-        return {name: Metric(value, METRICS[name], len(taken_s)) for name, value in values.items()}
+        return {name: Metric(value, DEFINITIONS[name].unit, len(taken_s)) for name, value in values.items()}
 
     def metrics(self, frames: int, dt: float) -> dict[str, Metric]:
         """Return `perf.*` of a loop over `frames` frames that are `dt` apart [s].
@@ -58,4 +58,4 @@ class Stopwatch:
         stages = {name: metric for stage in TIMED_STAGES for name, metric in self.stage(stage).items()}
         loop_s = self._end_s - (self._begin_s or 0.0) - sum(self._stage_s[RECORDING])
         factor = "perf.realtime_factor"
-        return {**stages, factor: Metric(frames * dt / loop_s, METRICS[factor], frames)}
+        return {**stages, factor: Metric(frames * dt / loop_s, DEFINITIONS[factor].unit, frames)}

@@ -8,6 +8,7 @@ from typing import Any
 
 from luxloop.scenarios.errors import Interrupted
 from luxloop.scenarios.exit_codes import INTERNAL_ERROR
+from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.search.objective import fails
 from luxloop.scenarios.study.design import StudyRun
 from luxloop.scenarios.study.row_store import RowStore, RowText, RunRow, as_row, as_text, schema_of
@@ -78,6 +79,7 @@ class Evaluator:
         self._report_defect = report_defect
         self.search, self.path, self.tracker = search, path, tracker
         self._contents = Contents(tracker)
+        self._metrics = () if search.metric.startswith(PREFIX) else (search.metric,)
         self._rows, self._execute_runs = rows, execute_runs or _execute_sequentially
         self._asked: dict[str, None] = {}
         earlier = {row["key"]: self._evaluation(row) for row in rows.rows()}
@@ -133,6 +135,7 @@ class Evaluator:
                 self.path,
                 self.tracker,
                 self._contents.of(document, self.path.parent),
+                metrics=self._metrics,
             )
             for n, document in enumerate(documents, 1)
         ]

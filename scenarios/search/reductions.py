@@ -8,7 +8,8 @@ from pathlib import Path
 
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
-from luxloop.scenarios.run import device, loop, own_metrics
+from luxloop.scenarios.metrics.given_figures import restricted
+from luxloop.scenarios.run import device, loop
 from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify
 from luxloop.sensor_model.noise.noise_config import KINDS as KINDS_OF_NOISE
 
@@ -100,8 +101,8 @@ def _worst_frames(document: Json, evaluator: Evaluator, count: int) -> list[Wors
     own = next((metric for metric in scenario.metric if metric.name == name and metric.of), None)
     if own is None:
         return worst_frames(result, name, count)
-    of_actors = own_metrics.tables_of(result.tables, own.actors, own.classes)
-    return worst_frames(replace(result, tables=of_actors), own.of, count)
+    of_actors = restricted(result.metrics.run, own.selection.filters).tables
+    return worst_frames(replace(result, tables=dict(of_actors)), own.of, count)
 
 
 def _items(document: Json, kind: str) -> Iterator[Reduction]:

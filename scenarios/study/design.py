@@ -54,6 +54,8 @@ class StudyRun:
     """Files, source code and versions that the run depends on."""
     why: str = ""
     """Reason why the run is executed, for its row."""
+    metrics: tuple[str, ...] = ()
+    """Metrics of its row beside those that every result holds."""
 
     @cached_property
     def inputs(self) -> Json:
@@ -63,7 +65,7 @@ class StudyRun:
     @cached_property
     def key(self) -> str:
         """Digest that identifies the run by content: scenario, seed, named files, tracker, source code and versions."""
-        return run_content.digest([self.tracker, self.inputs])
+        return run_content.digest([self.tracker, self.inputs, *self.metrics])
 
     def portable(self) -> Self:
         """Return the run for a worker on another computer, where `CATALOG / path` is the file of a shipped scenario."""
@@ -123,7 +125,16 @@ def plan(study: Study, tracker: str, order: Iterable[int] | None = None) -> Iter
         content = contents.of(document, path.parent)
         first = number * len(study.seed_list)
         yield [
-            StudyRun(first + i, parameters, seed, {**document, "seed": seed}, path, tracker, content)
+            StudyRun(
+                first + i,
+                parameters,
+                seed,
+                {**document, "seed": seed},
+                path,
+                tracker,
+                content,
+                metrics=study.filtered_metrics,
+            )
             for i, seed in enumerate(study.seed_list)
         ]
 

@@ -25,8 +25,8 @@ import pyarrow.parquet as pq
 
 from luxloop.scenarios.errors import OutputError, StudyError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.grading.metric_names import METRICS
-from luxloop.scenarios.grading.own_metric import PREFIX
+from luxloop.scenarios.metrics.definitions import DEFINITIONS, standard_names
+from luxloop.scenarios.metrics.own_metric import PREFIX
 
 RunRow = dict[str, Any]
 """`index`, `key`, `seed`, `tracker`, the parameters by their keys, `status`, `error`, `trace_hash`, `frames`, `wall_s`,
@@ -68,15 +68,19 @@ def as_row(text: RowText) -> RunRow:
     return row
 
 
-def schema_of(parameters: Mapping[str, Sequence[Any]], own: Collection[str] = ()) -> pa.Schema:
+METRICS = tuple(standard_names())
+"""Metrics that every row holds."""
+
+
+def schema_of(parameters: Mapping[str, Sequence[Any]], further: Collection[str] = ()) -> pa.Schema:
     """Return the columns of the Parquet file.
 
     Parameters
     ----------
     parameters
         All values of each parameter, by key; a column holds text if there is a text or boolean among them.
-    own
-        Names of the metrics of the study file.
+    further
+        Metrics of the study file: its own ones, and those with filters.
 
     Raises
     ------
@@ -89,7 +93,7 @@ def schema_of(parameters: Mapping[str, Sequence[Any]], own: Collection[str] = ()
     for key, values in parameters.items():
         columns[key] = pa.string() if any(isinstance(value, bool | str) for value in values) else pa.float64()
     columns |= {name: NUMBERS.get(name, pa.string()) for name in FIXED_COLUMNS[4:]}
-    return pa.schema(columns | dict.fromkeys((*METRICS, *own), pa.float64()))
+    return pa.schema(columns | dict.fromkeys((*METRICS, *further), pa.float64()))
 
 
 class RowStore:
@@ -257,7 +261,7 @@ def _columns(facts: Sequence[RunRow], metrics: Sequence[str], schema: pa.Schema)
 
 
 def _is_metric(name: str) -> bool:
-    return name in METRICS or name.startswith(PREFIX)
+    return name.partition("{")[0] in DEFINITIONS or name.startswith(PREFIX)
 
 
 def _plain(value: Any, kind: pa.DataType) -> Any:

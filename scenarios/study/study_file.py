@@ -9,10 +9,9 @@ from luxloop.scenarios.errors import ScenarioError, StudyError
 from luxloop.scenarios.files import seed_range, shipped, toml_file
 from luxloop.scenarios.files.expect import Limit, metric_name, unit_of
 from luxloop.scenarios.files.validation_message import explain
-from luxloop.scenarios.grading.emergence_names import SURVIVAL, survival_measure
-from luxloop.scenarios.grading.metric_definition import Definition
-from luxloop.scenarios.grading.metric_names import METRICS, REGISTRY
-from luxloop.scenarios.grading.own_metric import OwnMetric, definitions_of
+from luxloop.scenarios.metrics.definition import MetricDefinition, Selection
+from luxloop.scenarios.metrics.definitions import SURVIVAL, find_metric, is_metric, standard_names, survival_measure
+from luxloop.scenarios.metrics.own_metric import PREFIX, OwnMetric, definitions_of
 from luxloop.scenarios.study.parameter import Parameter, Strict, Value, distinct
 
 Json = dict[str, Any]
@@ -76,8 +75,8 @@ class Curve(Strict):
             raise ValueError(f"against = {self.against}: leave it out, the axis of a survival curve is its metric")
         if survival_measure(self.metric) is None:
             raise ValueError(
-                f"metric = {self.metric}: has no survival curve; name one like emergence.target.confirmed_meeting_m, "
-                f"with an end of {', '.join(SURVIVAL)}"
+                f"metric = {self.metric}: has no survival curve; name one like emergence.meeting_m{{stage=confirmed}}, "
+                f"of {', '.join(SURVIVAL)}"
             )
 
 
@@ -108,7 +107,9 @@ class Search(Strict):
     @property
     def limit(self) -> Limit:
         """The limit, as in a scenario's `[expect]`; without a unit for a metric of one's own, whose table has it."""
-        return Limit(self.min, self.max, METRICS.get(self.metric, ""), self.need)
+        return Limit(
+            self.min, self.max, "" if self.metric.startswith(PREFIX) else find_metric(self.metric).unit, self.need
+        )
 
 
 class Threshold(Strict):
@@ -201,9 +202,17 @@ class Study(Strict):
                 f"{'name one of ' + ', '.join(ranges) if ranges else 'give one a range'}"
             )
 
-    def definition(self, name: str) -> Definition | None:
-        """Return the definition of a shipped metric or one of this study; None for other names."""
-        return REGISTRY.get(name) or definitions_of(self.metric).get(name)
+    def definition(self, name: str) -> Selection | MetricDefinition | None:
+        """Return a shipped metric or one of this study by its name; None for other names."""
+        return find_metric(name) if is_metric(name) else definitions_of(self.metric).get(name)
+
+    @property
+    def filtered_metrics(self) -> tuple[str, ...]:
+        """Metrics of this study that results do not hold without being asked: those with filters."""
+        named = [name for curve in self.curve for name in (curve.metric, *curve.keys)]
+        named += [goal.metric for goal in (self.search, self.threshold) if goal]
+        standard = set(standard_names())
+        return tuple(dict.fromkeys(name for name in named if is_metric(name) and name not in standard))
 
     def _check_axes(self, curve: Curve, keys: list[str]) -> None:
         """Raise a ValueError if an axis is not a varied parameter, or (horizontal axis of curves only) a metric."""

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from luxloop.scenarios.grading.emergence_names import SURVIVAL, survival_measure
+from luxloop.scenarios.metrics.definitions import SURVIVAL, survival_measure
 from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
 from luxloop.scenarios.statistics.confidence import FEWEST_SEEDS
 from luxloop.scenarios.study import survival, survival_picture

@@ -15,7 +15,7 @@ import pandas as pd
 import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats
-from luxloop.scenarios.grading.emergence_names import END, SURVIVAL, TARGET, survival_measure
+from luxloop.scenarios.metrics.definitions import END, SURVIVAL, survival_measure
 from luxloop.scenarios.statistics.effective_binomial import binomial_interval, effective_number
 from luxloop.scenarios.study.curves import levels
 
@@ -38,7 +38,7 @@ class SurvivalCurve:
 
 def survival_columns(stage: str, measure: str) -> tuple[str, str]:
     """Return the metrics that the curve of a stage needs beside its own: whether it is reached, and the end."""
-    return f"emergence.{TARGET}.{stage}_reached", f"emergence.{TARGET}.{END}_{measure}"
+    return f"emergence.reached{{stage={stage}}}", f"emergence.{measure}{{stage={END}}}"
 
 
 def samples(rows: pd.DataFrame, metric: str, keys: Sequence[str]) -> pd.DataFrame:

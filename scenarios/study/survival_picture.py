@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.grading.emergence_names import STAGES, SURVIVAL, survival_measure
+from luxloop.scenarios.metrics.definitions import STAGES, SURVIVAL, survival_measure
 from luxloop.scenarios.report.html.palette import SERIES
 from luxloop.scenarios.report.html.svg_figure import note
 from luxloop.scenarios.statistics.seed_warnings import few_seeds
@@ -25,7 +25,7 @@ LINES = ("-", "--", ":", "-.")
 BAND = 0.15
 """Opacity of the intervals."""
 AXES = {
-    "s": "time since the start [s]",
+    "time_s": "time since the start [s]",
     "delay_s": "time since the first beam [s]",
     "meeting_m": "ego's distance to the meeting point [m]",
     "meeting_s": "time until the ego is at the meeting point [s]",

@@ -9,7 +9,7 @@ import pandas as pd
 import pyarrow as pa
 
 from luxloop.scenarios.errors import InputError, Interrupted, OutputError
-from luxloop.scenarios.grading.emergence_names import survival_measure
+from luxloop.scenarios.metrics.definitions import survival_measure
 from luxloop.scenarios.run import device, progress
 from luxloop.scenarios.study import design
 from luxloop.scenarios.study.row_store import FIXED_COLUMNS, TABLE, RowStore, schema_of
@@ -72,7 +72,7 @@ def sweep(
     count = len(combinations) * len(study.seed_list)
     device.load(tracker)  # an invalid tracker is reported once, not in every row
     values = {parameter.key: [values[parameter.key] for values in combinations] for parameter in study.vary}
-    schema = schema_of(values, [metric.name for metric in study.metric])
+    schema = schema_of(values, [*(metric.name for metric in study.metric), *study.filtered_metrics])
     with RowStore.opened(out, values) as rows:
         plan = SweepPlan(study, tracker, rows, retry_errors=retry_errors)
         try:

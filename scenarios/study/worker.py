@@ -108,7 +108,7 @@ def _execute(run: StudyRun, keep_at: str | None) -> RunRow:
         "error": result.ended_early,
         "trace_hash": result.trace_hash,
         "frames": result.frames,
-        **{name: metric.value for name, metric in result.metrics.items()},
+        **{name: result.metrics[name].value for name in (*result.metrics, *run.metrics)},
     }
 
 

@@ -36,7 +36,7 @@ SUITE = {
     "fails": short_run.TEXT
     + """
 [expect]
-"fit.best.heading_abs_mean_deg" = { max = 0.001, unit = "deg", need = "a ruler's edge" }
+"fit.heading_abs_mean_deg" = { max = 0.001, unit = "deg", need = "a ruler's edge" }
 "track.false" = { max = 1000 }
 "mma.switch_latency_frames" = { max = 3 }
 """,
@@ -122,7 +122,7 @@ def test_a_case_has_its_metrics_as_properties(suite, folder):
     run = run_folder.read(folder / "runs" / "fails-seed4")
     assert recorded["seed"] == "4"
     assert recorded["trace_hash"] == run.trace_hash
-    assert float(recorded["fit.best.heading_abs_mean_deg"]) == run.metrics["fit.best.heading_abs_mean_deg"].value
+    assert float(recorded["fit.heading_abs_mean_deg"]) == run.metrics["fit.heading_abs_mean_deg"].value
     assert recorded["mma.switch_latency_frames"] == "n/a"
     assert recorded["folder"] == "runs/fails-seed4"
     assert set(recorded) == {"seed", "trace_hash", "folder", *run.config["expect"]}
@@ -131,10 +131,10 @@ def test_a_case_has_its_metrics_as_properties(suite, folder):
 def test_a_failure_names_metric_value_limit_need_and_worst_frames(suite, folder):
     text = suite.cases["fails.toml/fails-seed4"].find("failure").text
     run = run_folder.read(folder / "runs" / "fails-seed4")
-    value = run.metrics["fit.best.heading_abs_mean_deg"].value
+    value = run.metrics["fit.heading_abs_mean_deg"].value
     fits = run.tables["fits"]
     worst = fits[fits["best"]].assign(off=lambda rows: rows["heading_error_deg"].abs()).sort_values("off").iloc[-1]
-    assert f"fit.best.heading_abs_mean_deg = {value:.3f} deg, expected <= 0.001 deg\n    a ruler's edge\n" in text
+    assert f"fit.heading_abs_mean_deg = {value:.3f} deg, expected <= 0.001 deg\n    a ruler's edge\n" in text
     assert f"    worst: frame {worst['frame']} ({worst['time_s']:.2f} s): the {worst['method']} rectangle " in text
     assert "mma.switch_latency_frames = n/a, expected <= 3\n    no followed vehicle changed its mode\n\n" in text
     assert "track.false" not in text  # it holds

@@ -1,9 +1,6 @@
-"""Kinds of truth events, and names, units and meanings of the `sim` metrics. Imports quickly."""
+"""Kinds of truth events, and the metrics that count them."""
 
-from collections.abc import Iterator
 from enum import IntEnum
-
-from luxloop.scenarios.grading.metric_definition import Definition
 
 
 class EventKind(IntEnum):
@@ -26,33 +23,12 @@ class EventKind(IntEnum):
 
 
 COUNTS = {
-    "ego_collisions": (
-        EventKind.EGO_COLLISION,
-        "overlaps of an actor's body with the ego's, and collisions by which SUMO moves one of both",
-    ),
-    "overlaps": (EventKind.OVERLAP, "overlaps of the bodies of two actors"),
-    "teleports": (EventKind.TELEPORT, "road users that continue at a place that their velocity does not lead to"),
-    "insertions_in_view": (EventKind.INSERTION, "actors that appear in view of the LIDARs, in the graded range"),
-    "removals_in_view": (EventKind.REMOVAL, "actors that vanish in view of the LIDARs, in the graded range"),
-    "id_changes": (EventKind.ID_CHANGE, "actors that vanish and continue in their place with another id"),
-    "limit_violations": (EventKind.LIMIT_VIOLATION, "bodies that exceed a limit of acceleration, jerk or yaw rate"),
+    "ego_collisions": EventKind.EGO_COLLISION,
+    "overlaps": EventKind.OVERLAP,
+    "teleports": EventKind.TELEPORT,
+    "insertions_in_view": EventKind.INSERTION,
+    "removals_in_view": EventKind.REMOVAL,
+    "id_changes": EventKind.ID_CHANGE,
+    "limit_violations": EventKind.LIMIT_VIOLATION,
 }
-"""Kind and meaning of each count of events."""
-
-LARGEST = {
-    "overlap_max_m2": ("m^2", "largest overlap of two bodies, the ego's included; 0 without one"),
-    "acceleration_max_mps2": ("m/s^2", "largest acceleration of any body, along and across"),
-    "jerk_max_mps3": ("m/s^3", "largest change of acceleration between two frames, over the time between them"),
-}
-"""Unit and meaning of each extreme value."""
-
-MASKED = "sim.masked_observations"
-
-
-def definitions() -> Iterator[Definition]:
-    """Yield every `sim` metric."""
-    for name, (_, meaning) in COUNTS.items():
-        yield Definition(f"sim.{name}", "count", meaning)
-    for name, (unit, meaning) in LARGEST.items():
-        yield Definition(f"sim.{name}", unit, meaning)
-    yield Definition(MASKED, "count", "observations of vehicles that are not graded because of such events")
+"""Kind of the events that each metric counts."""

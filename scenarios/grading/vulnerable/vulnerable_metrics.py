@@ -5,20 +5,22 @@ an overlap would only measure its noise. HOTA, CLEAR and Identity use the simila
 match_distance_m, as in trackeval.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools
 from luxloop.scenarios.grading import confirmation_metrics, score_sums
-from luxloop.scenarios.grading.bands import range_bands, why_none
 from luxloop.scenarios.grading.clear_table import ClearTable, clear_table
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.id_switches import HitStep, clear_hits
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.tracking_scores import VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
-from luxloop.scenarios.grading.vulnerable.vulnerable_names import COUNTS, GROUPS, KIND_NAMES, MISSED_SHARE, SCORES
-from luxloop.scenarios.grading.vulnerable.vulnerable_tracks import VEHICLE, SmallTracks, small_tracks
+from luxloop.scenarios.grading.vulnerable.vulnerable_tracks import SMALL, VEHICLE, SmallTracks, small_tracks
+from luxloop.scenarios.metrics.definition import band
+from luxloop.scenarios.metrics.definitions import DEFINITIONS, GROUPS, VULNERABLE_COUNTS, VULNERABLE_SCORES
 from luxloop.sensor_model.truth import NO_ACTOR
 
 HIT_SIMILARITY = 0.5
@@ -28,9 +30,14 @@ NO_CLASSES = "the tracker does not distinguish small road users from vehicles"
 
 
 def grade(
-    sheet: MetricSheet, truth: pd.DataFrame, tracks: pd.DataFrame, overlaps: pd.DataFrame, config: GradingConfig
+    sheet: MetricSheet,
+    truth: pd.DataFrame,
+    tracks: pd.DataFrame,
+    overlaps: pd.DataFrame,
+    config: GradingConfig,
+    filters: Mapping[str, str],
 ) -> None:
-    """Enter the metrics of people and riders.
+    """Enter the metrics of people and riders; a filter by range applies to the share of missed ones only.
 
     Parameters
     ----------
@@ -39,12 +46,23 @@ def grade(
     """
     known = "label" in tracks and "vulnerable" in truth and not truth["vulnerable"].isna().any()
     why = {group: f"no {group} were graded" if known else OLDER for group in GROUPS}
-    truth = truth.assign(graded=truth["vulnerable"].astype(np.bool_) if known else False)
-    tracks = tracks if known else tracks.assign(label=None)
+    if not known or not (truth["vulnerable"].to_numpy(np.bool_).any() or (tracks["label"] == SMALL).any()):
+        _write_none(sheet, why, len(truth) if known else 0)
+        return
+    truth = truth.assign(graded=truth["vulnerable"].astype(np.bool_))
     found = small_tracks(truth, tracks, overlaps, config)
     labelled = bool(tracks["label"].notna().any()) or not len(tracks)
     for group in GROUPS:
-        _grade_group(sheet, group, truth, tracks, found, labelled=labelled, why=why[group])
+        within = band(filters["range"]) if filters else (0.0, np.inf)
+        _grade_group(sheet, group, truth, tracks, found, within, labelled=labelled, why=why[group])
+
+
+def _write_none(sheet: MetricSheet, why: Mapping[str, str], rows: int) -> None:
+    """Enter metrics without a value: there was nobody, and no track called one; `rows` is the number of actors."""
+    for definition in DEFINITIONS.values():
+        if definition.kind in GROUPS:
+            counted = definition.name.endswith(".observations")
+            sheet.write(definition.name, 0, rows if counted else 0, why[definition.kind])
 
 
 def _grade_group(
@@ -53,19 +71,23 @@ def _grade_group(
     truth: pd.DataFrame,
     tracks: pd.DataFrame,
     found: SmallTracks,
+    within: tuple[float, float],
     *,
     labelled: bool,
     why: str,
 ) -> None:
-    """Enter the metrics of one group; `labelled` is True if tracks have classes."""
-    users = truth.assign(graded=truth["graded"] & (truth["kind"] == KIND_NAMES[group]))
+    """Enter the metrics of one group, missed ones within a band of the range [m].
+
+    `labelled` is True if tracks have classes.
+    """
+    users = truth.assign(graded=truth["graded"] & (truth["kind"] == GROUPS[group]))
     counted = _counted(users, found)
     sequence = tracking_sequence(users, counted, found.pairs)
     hits = list(clear_hits(sequence, HIT_SIMILARITY))
     clear = clear_table(users, counted, sequence, hits)
     sheet.write(f"{group}.observations", None if why == OLDER else len(clear.vehicles), len(truth), why)
     _grade_scores(sheet, group, sequence, hits, clear, labelled=labelled, why=why)
-    _grade_misses(sheet, group, clear, tracks, labelled=labelled, why=why)
+    _grade_misses(sheet, group, clear, tracks, within, labelled=labelled, why=why)
     _grade_errors(sheet, group, clear, sequence, hits)
 
 
@@ -100,7 +122,7 @@ def _grade_scores(
     followed = clear.tracks["actor_id"].where(clear.tracks["verdict"] == "graded", NO_ACTOR).to_numpy()
     interval = score_sums.intervals(sequence, sums, followed)
     users = sequence["num_gt_dets"]
-    for name in (*SCORES, *COUNTS):
+    for name in (*VULNERABLE_SCORES, *VULNERABLE_COUNTS):
         if name != "false":
             value, found = getattr(scores, name), interval.get(f"track.{name}")
             sheet.write(f"{group}.{name}", value, users, why, found, score_sums.why_no_interval(name, value))
@@ -110,15 +132,22 @@ def _grade_scores(
 
 
 def _grade_misses(
-    sheet: MetricSheet, group: str, clear: ClearTable, tracks: pd.DataFrame, *, labelled: bool, why: str
+    sheet: MetricSheet,
+    group: str,
+    clear: ClearTable,
+    tracks: pd.DataFrame,
+    within: tuple[float, float],
+    *,
+    labelled: bool,
+    why: str,
 ) -> None:
     """Enter missed ones, those that a track of a vehicle follows, and the times to confirm."""
     users, missed = clear.vehicles, ~clear.is_hit
     names = users["actor_id"].to_numpy()
-    sheet.mean(f"{group}.{MISSED_SHARE}", missed, why, names)
-    for band, mask in range_bands(users):
-        reason = why_none(band, why, len(users))
-        sheet.mean(f"{group}.{MISSED_SHARE}{band}", missed[mask], reason, names[mask])
+    distance = users["range_m"].to_numpy(np.float64)
+    inside = (distance >= within[0]) & (distance < within[1])
+    reason = "no observation has this range" if len(users) and not inside.any() else why
+    sheet.mean(f"{group}.missed_share", missed[inside], reason, names[inside])
     called = _called_vehicles(users, tracks)
     sheet.mean(
         f"{group}.called_vehicle_share",

@@ -9,7 +9,7 @@ import scipy
 from luxloop.scenarios.arrays import Ints
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.matching import CONTINUITY
-from luxloop.scenarios.grading.vulnerable.vulnerable_names import KIND_NAMES
+from luxloop.scenarios.metrics.definitions import GROUPS
 from luxloop.sensor_model.truth import NO_ACTOR
 
 SMALL, VEHICLE = "small", "vehicle"
@@ -40,8 +40,8 @@ def small_tracks(
     truth, tracks, overlaps
         Tables of a run.
     """
-    users = truth[truth["kind"].isin(list(KIND_NAMES.values()))]
-    others = truth.loc[~truth["kind"].isin(list(KIND_NAMES.values())), "actor_id"].unique()
+    users = truth[truth["kind"].isin(list(GROUPS.values()))]
+    others = truth.loc[~truth["kind"].isin(list(GROUPS.values())), "actor_id"].unique()
     label = tracks["label"].astype(object)
     candidates = tracks[(tracks["status"] == "confirmed") & (label != VEHICLE) & ~tracks["actor_id"].isin(others)]
     pairs = _pairs(users, candidates, config.match_distance_m)

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Ints
-from luxloop.scenarios.grading.metric_range import Range, possible_range
 from luxloop.scenarios.grading.plane_geometry import wrap
+from luxloop.scenarios.metrics.definitions import DEFINITIONS
 from luxloop.scenarios.report.html.palette import BLUE, GREEN
 from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
 from luxloop.scenarios.statistics.jackknife import ratio_interval
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 WHISKER = 4.0
 """End of an axis, in multiples of the largest mean: the interval of few vehicles may be much longer."""
-HEADING_DEG = possible_range("fit.best.heading_abs_mean_deg", "deg")
-POSITION_M = possible_range("fit.best.position_abs_mean_m", "m")
+HEADING_DEG = DEFINITIONS["fit.heading_abs_mean_deg"].range
+POSITION_M = DEFINITIONS["fit.position_abs_mean_m"].range
 
 
 class Covariate(NamedTuple):
@@ -90,7 +90,9 @@ def _errors(observed: pd.DataFrame, name: str, label: str, bins: list[str], plac
     return draw(f"error-{name.split()[0]}", f"Error of fits against {name}", caption, (5.2, 3.9), on)
 
 
-def _means(axes: "Axes", observed: pd.DataFrame, place: Ints, error: pd.Series, within: Range, color: str) -> None:
+def _means(
+    axes: "Axes", observed: pd.DataFrame, place: Ints, error: pd.Series, within: tuple[float, float], color: str
+) -> None:
     """Draw the mean of each bin with its interval."""
     top = 0.0
     for k in np.unique(place).tolist():

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.grading.metric_names import FIT_METHODS
+from luxloop.scenarios.metrics.definitions import FIT_METHODS
 from luxloop.scenarios.report import paper_figures
 from luxloop.scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY
 from luxloop.scenarios.report.html.svg_figure import Figure, draw

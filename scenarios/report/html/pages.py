@@ -13,7 +13,7 @@ from markupsafe import Markup, escape
 
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.grading.metric_names import REGISTRY
+from luxloop.scenarios.metrics.definitions import find_metric, is_metric
 from luxloop.scenarios.report.html.palette import TONES
 from luxloop.scenarios.report.html.reported_run import interval, with_unit
 
@@ -27,7 +27,8 @@ def render(template: str, **values: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals.update(tones=TONES, registry=REGISTRY, with_unit=with_unit, interval=interval)
+    environment.globals.update(tones=TONES, find_metric=find_metric, is_metric=is_metric)
+    environment.globals.update(with_unit=with_unit, interval=interval)
     environment.filters["breakable"] = breakable
     environment.globals.update(script=script, script_hash=script_hash)
     return environment.get_template(template).render(**values)

@@ -2,12 +2,11 @@
 
 import re
 import shlex
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.expect import Check, RunVerdict, ranked, unmet, verdict
-from luxloop.scenarios.grading.metric_names import GRADED, METRICS
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
 from luxloop.scenarios.report.cells import unit_of, value_of
 from luxloop.scenarios.report.text import NOTHING_EXPECTED
@@ -21,7 +20,7 @@ SUITE_METRICS = {
     "track.missed": "missed",
     "track.false": "false",
     "track.id_switches": "id switches",
-    "fit.best.heading_abs_mean_deg": "fit heading",
+    "fit.heading_abs_mean_deg": "fit heading",
     "perf.realtime_factor": "x real time",
 }
 """Main metrics of a run, with short names."""
@@ -33,7 +32,6 @@ SHOWN, SEARCHED = 3, 200
 """Worst frames of a metric on a page, and among how many they are chosen."""
 APART_S = 1.0
 """Least time between two of them [s]."""
-LATER = "the run was made by an earlier version; run the scenario again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +53,7 @@ class ReportedRun:
         OutputError
             The folder has no run.
         """
-        return cls.of(with_later(run_folder.read(folder)), folder)
+        return cls.of(run_folder.read(folder), folder)
 
     @classmethod
     def of(cls, result: Result, folder: Path) -> "ReportedRun":
@@ -131,13 +129,6 @@ def apart(frames: list[WorstFrame]) -> list[WorstFrame]:
         if len(kept) < SHOWN and all(abs(frame.time_s - other.time_s) >= APART_S for other in kept):
             kept.append(frame)
     return kept
-
-
-def with_later(result: Result) -> Result:
-    """Add the metrics that the version of the run did not have, without a value."""
-    later = {name: METRICS[name] for name in GRADED if name not in result.metrics}
-    added = {name: Metric(None, unit, 0, LATER) for name, unit in later.items()}
-    return replace(result, metrics={**result.metrics, **added})
 
 
 def _device_options(device: str) -> str:

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 
-from luxloop.scenarios.grading.track_metric_names import BANDS
+from luxloop.scenarios.metrics.definition import filtered
+from luxloop.scenarios.metrics.definitions import REPORTED_BANDS
 from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
 from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun, interval, with_unit
-from luxloop.scenarios.report.track_tables import BANDED_TABLES, TABLES
+from luxloop.scenarios.report.track_tables import BANDED_TABLES, TABLES, band_label
 from luxloop.scenarios.result import Metric
 
 LIMITED = "Expectations, with the outcome"
@@ -14,11 +15,13 @@ NO_METRIC = Metric(None, "", 0, "the run does not have this metric")
 
 def tables(runs: Mapping[str, ReportedRun]) -> list[PageTable]:
     """Return the main metrics, the expectations, and the metrics of the tracks over the whole run."""
-    groups = {title: [one.name for group in found for one in group] for title, found in TABLES.items()}
     return [
         _metrics("Main metrics", runs, dict(SUITE_METRICS)),
         _expectations(runs),
-        *(_metrics(title, runs, {name: name for name in names}) for title, names in groups.items()),
+        *(
+            _metrics(title, runs, {f"track.{name}": f"track.{name}" for name in names})
+            for title, names in TABLES.items()
+        ),
     ]
 
 
@@ -27,15 +30,9 @@ def band_tables(runs: Mapping[str, ReportedRun]) -> list[PageTable]:
     names = [name for columns in BANDED_TABLES.values() for name in columns]
     found = []
     for name in names:
-        rows = {f"{name}.{band}": band_label(band) for band in BANDS}
+        rows = {filtered(name, **band): band_label(band) for band in REPORTED_BANDS}
         found.append(_metrics(name, runs, rows))
     return found
-
-
-def band_label(band: str) -> str:
-    """Return the text of a band: `range 0-15 m`, `class bus`, `view l shape`."""
-    kind, _, part = band.removeprefix("by_").partition(".")
-    return f"{kind} {part.replace('_', '-')} m" if kind == "range" else f"{kind} {part.replace('_', ' ')}"
 
 
 def _metrics(title: str, runs: Mapping[str, ReportedRun], rows: Mapping[str, str]) -> PageTable:

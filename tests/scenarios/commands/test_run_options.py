@@ -79,8 +79,8 @@ def test_seeds_have_a_folder_each_and_a_table_of_means_and_spreads(capfd):
     assert sorted(path.name for path in Path("all").iterdir()) == [f"short-seed{seed}" for seed in (3, 4, 5)]
     results = [run_folder.read(Path("all") / f"short-seed{seed}") for seed in (3, 4, 5)]
     assert [result.seed for result in results] == [3, 4, 5]
-    values = [result.metrics["fit.best.heading_abs_mean_deg"].value for result in results]
-    line = next(line for line in out.splitlines() if line.startswith("fit.best.heading_abs_mean_deg"))
+    values = [result.metrics["fit.heading_abs_mean_deg"].value for result in results]
+    line = next(line for line in out.splitlines() if line.startswith("fit.heading_abs_mean_deg"))
     expected = (statistics.fmean(values), statistics.stdev(values), min(values), max(values))
     assert line.split()[1:] == [*(f"{value:.3f}" for value in expected), "3"]
 

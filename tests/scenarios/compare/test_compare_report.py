@@ -89,11 +89,11 @@ def test_page_on_a_phone_is_as_wide_as_the_phone(chromium, page):
 
 def test_page_has_the_numbers_of_the_comparison(compared, page):
     text = page.read_text(encoding="utf-8")
-    fit = next(change for change in compared.changes if change.metric.name == "fit.best.heading_abs_mean_deg")
+    fit = next(change for change in compared.changes if change.metric.name == "fit.heading_abs_mean_deg")
     assert fit.numbers.head == pytest.approx(1.05 * fit.numbers.base)
     cells = (number(fit.numbers.base), number(fit.numbers.head), number(fit.numbers.difference, "+"))
     assert re.search(
-        "fit.best.heading_abs_mean_deg</th>" + "".join(f'<td class="right">{re.escape(c)}</td>' for c in cells), text
+        "fit.heading_abs_mean_deg</th>" + "".join(f'<td class="right">{re.escape(c)}</td>' for c in cells), text
     )
     assert "luxloop compare base.jsonl &#39;runs &lt;head&gt;&#39; --loss 2" in text
 
@@ -101,8 +101,8 @@ def test_page_has_the_numbers_of_the_comparison(compared, page):
 def test_markdown_has_the_verdict_first_then_losses_then_gains_and_folded_tables(compared):
     text = markdown(compared, "base.jsonl", "runs")
     order = ["### luxloop compare: worse", "**HEAD is worse than BASE: 1 run newly incomplete", "**Newly incomplete**",
-             "**Newly failed**", "**Worse**", "- `fit.best.heading_abs_mean_deg`:", "**Better**",
-             "- `fit.best.position_abs_mean_m`:", "<details><summary>Metrics</summary>",
+             "**Newly failed**", "**Worse**", "- `fit.heading_abs_mean_deg`:", "**Better**",
+             "- `fit.position_abs_mean_m`:", "<details><summary>Metrics</summary>",
              INTERVALS.split(":")[0]]  # fmt: skip
     assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
     assert text.count("<details>") == text.count("</details>") >= 3

@@ -13,8 +13,8 @@ from luxloop.sensor_model.truth import NO_ACTOR
 
 LIMIT = {"THRESHOLD": 0.5, "PRINT_CONFIG": False}
 RATES = {
-    "track.missed_rate": "track.missed",
-    "track.false_rate": "track.false",
+    "track.missed_share": "track.missed",
+    "track.false_share": "track.false",
     "track.id_switch_rate": "track.id_switches",
 }
 NAMED_AS_IN_A_RESULT = [

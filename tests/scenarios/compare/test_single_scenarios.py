@@ -16,7 +16,7 @@ from luxloop.scenarios.compare.sides import Side
 from luxloop.scenarios.compare.single_scenarios import candidates
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
 
-METRIC = next(metric for metric in COMPARED_METRICS if metric.name == "fit.best.heading_abs_mean_deg")
+METRIC = next(metric for metric in COMPARED_METRICS if metric.name == "fit.heading_abs_mean_deg")
 SCENARIOS = 49
 LARGE = 3
 

@@ -19,7 +19,7 @@ from luxloop.scenarios.compare.vehicle_sums import SUMS
 from luxloop.scenarios.errors import InputError
 
 CATALOG = ROOT / "scenarios" / "baseline" / "catalog.jsonl"
-FIT = [metric.name for metric in KEY_METRICS].index("fit.best.heading_abs_mean_deg")
+FIT = [metric.name for metric in KEY_METRICS].index("fit.heading_abs_mean_deg")
 
 
 def scaled(run, factor):
@@ -65,7 +65,7 @@ def test_each_scenario_has_its_values_and_gaps(found):
 
 
 def test_verdicts_are_those_against_the_baseline_before(found):
-    verdicts = [of.get("fit.best.heading_abs_mean_deg") for of in found.verdicts]
+    verdicts = [of.get("fit.heading_abs_mean_deg") for of in found.verdicts]
     assert verdicts == [None, "worse", "better"]
 
 

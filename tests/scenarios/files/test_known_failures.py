@@ -18,7 +18,7 @@ DEG, COUNT, SHARE = "deg", "count", "1"
 
 def outcome(value, text="2.0: bowed faces", unit=DEG, device=SHIPPED, **limit):
     limit = Limit(**(limit or {"max": 1.35}), known_failure=text)
-    return Check("fit.best.heading_abs_mean_deg", limit, Metric(value, unit, 9), device).outcome
+    return Check("fit.heading_abs_mean_deg", limit, Metric(value, unit, 9), device).outcome
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_another_tracker_is_not_excused_and_not_shown_the_story():
 
 def test_known_failure_of_another_tracker_excuses_only_that():
     limit = Limit(max=1.35, known_failure="2.0: no model", known_failure_of="mine.py:Mine")
-    metrics = {"fit.best.heading_abs_mean_deg": Metric(2.1, DEG, 9)}
+    metrics = {"fit.heading_abs_mean_deg": Metric(2.1, DEG, 9)}
     expect = dict.fromkeys(metrics, limit)
     assert check(metrics, expect, "mine.py:Mine")[0].outcome == "known failure"
     assert check(metrics, expect)[0].outcome == "failed"
@@ -97,7 +97,7 @@ def test_known_failure_of_another_tracker_excuses_only_that():
 
 def test_reason_of_a_failure_names_the_range():
     limit = Limit(max=1.35, known_failure="2.0: bowed faces")
-    why = Check("fit.best.heading_abs_mean_deg", limit, Metric(2.5, DEG, 9)).why
+    why = Check("fit.heading_abs_mean_deg", limit, Metric(2.5, DEG, 9)).why
     assert why == "worse than its known failure (up to 2.2): 2.0: bowed faces"
 
 

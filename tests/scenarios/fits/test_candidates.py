@@ -50,7 +50,7 @@ def test_errors_are_those_of_the_metrics_overall_by_view_and_by_band(run):
 def test_coverage_is_that_of_the_metrics(run):
     metrics, observed = short_run.result().metrics, observations.of_runs([run])
     within = (observed["deviation"] <= 1.6448536269514722).mean()
-    assert within == pytest.approx(metrics["fit.best.coverage_90"].value)
+    assert within == pytest.approx(metrics["fit.coverage_90"].value)
     assert f"| {100 * within:.1f} %" in coverage.table(observed)
 
 

@@ -35,7 +35,7 @@ def test_runs_are_graded_over_all_their_vehicles():
     turned = fits.assign(heading_error_deg=fits["heading_error_deg"] + 2.0)
     worse = replace(one, seed=5, tables={**one.tables, "fits": turned})
     single, other, both = (pooled(runs).metrics for runs in ([one], [worse], [one, worse]))
-    name = "fit.best.heading_abs_mean_deg"
+    name = "fit.heading_abs_mean_deg"
     assert both[name].value == pytest.approx(0.5 * (single[name].value + other[name].value))
     assert both[name].n == 2 * single[name].n
     assert both["dataset.vehicles"].value == 2 * single["dataset.vehicles"].value
@@ -43,7 +43,7 @@ def test_runs_are_graded_over_all_their_vehicles():
     low, high = both[name].interval
     assert high - low > 0.5  # vehicles of the two runs differ by almost 2 degrees
     errors = np.concatenate([run.tables["fits"].loc[fits["best"], "heading_error_deg"] for run in (one, worse)])
-    assert both["fit.best.heading_std_deg"].value == pytest.approx(errors.std())
+    assert both["fit.heading_std_deg"].value == pytest.approx(errors.std())
 
 
 def trackers():
@@ -67,19 +67,19 @@ def test_tables_show_metrics_with_intervals_and_the_paper_s_figures():
     assert shown[0] == f"{mean.value:.3f}, {std.value:.3f}"
     assert size.interval is None  # two vehicles
     assert shown[1] == f"{size.value:.3f} [too few vehicles], {size_std.value:.3f}"
-    low, high = runs[next(iter(runs))]["two seeds"].metrics["fit.closeness.heading_abs_mean_deg"].interval
+    low, high = runs[next(iter(runs))]["two seeds"].metrics["fit.heading_abs_mean_deg{method=closeness}"].interval
     assert shown[3] == f"{size.value:.3f} [{low:.3f}, {high:.3f}], {size_std.value:.3f}"  # four vehicles
     assert shown[4:] == ["0.007, 3.647", "2.007, 3.040"]
     assert cells(tables.table_3(runs), "`best`", "the paper's")[0][1:] == [
         *("23.4 %", "60.0 %", "86.9 %", "96.5 %", "96.5 %", "99.3 %")
     ]
     assert cells(tables.table_3(runs), "`variance`", "default", "seed 1")[0][0].startswith(
-        f"{100 * metrics['fit.variance.rounded_to_0deg'].value:.1f} %"
+        f"{100 * metrics['fit.rounded_to_0deg{{method=variance}}'].value:.1f} %"
     )
     assert cells(tables.table_4(runs), "moving", "MMA")[0][1:3] == ["0.238, 0.140", "0.163, 0.120"]
     (cv, other) = cells(tables.table_4(runs), "moving", "`cv`")
     assert (cv[0], other[0]) == ("default", "the paper's steps")
-    assert cv[1].startswith(f"{metrics['mma.cv.moving_target.x_abs_mean_m'].value:.3f}")
+    assert cv[1].startswith(f"{metrics['mma.x_abs_mean_m{{model=cv,target=moving}}'].value:.3f}")
 
 
 @pytest.mark.parametrize("name", script.TABLES)

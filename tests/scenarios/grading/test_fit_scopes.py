@@ -49,30 +49,30 @@ def test_heading_and_regret_by_range_and_by_points():
     for kind, expected in (("range", by_range), ("points", by_points)):
         for band, error in expected.items():
             end = f"by_{kind}.{band}"
-            assert value[f"fit.best.heading_abs_mean_deg.{end}"] == pytest.approx(error)
-            assert value[f"fit.area.heading_abs_mean_deg.{end}"] == pytest.approx(error)
-            assert value[f"fit.variance.heading_abs_mean_deg.{end}"] == pytest.approx(0.0, abs=1e-9)
-            assert value[f"fit.best.regret_deg.{end}"] == pytest.approx(error)
+            assert value[f"fit.heading_abs_mean_deg.{end}"] == pytest.approx(error)
+            assert value[f"fit.heading_abs_mean_deg{{method=area}}.{end}"] == pytest.approx(error)
+            assert value[f"fit.heading_abs_mean_deg{{method=variance}}.{end}"] == pytest.approx(0.0, abs=1e-9)
+            assert value[f"fit.regret_deg.{end}"] == pytest.approx(error)
     # Four vehicles: mean 3.75, standard error sqrt(28.75 / 3) / 2 = 1.548, Student's quantile 3.1824.
     factor = np.exp(3.1824 * np.sqrt(28.75 / 3) / 2 / 3.75)
-    assert metrics["fit.best.regret_deg"].interval == pytest.approx((3.75 / factor, 3.75 * factor), rel=1e-3)
-    assert metrics["fit.best.regret_deg.by_range.30_50"].interval is None  # two vehicles
+    assert metrics["fit.regret_deg"].interval == pytest.approx((3.75 / factor, 3.75 * factor), rel=1e-3)
+    assert metrics["fit.regret_deg{range=30-50}"].interval is None  # two vehicles
 
 
 def test_a_band_without_observations_has_a_reason():
     _, _, metrics = graded([Body(0, 14.9, 0.0)], turned([1.0]))
-    metric = metrics["fit.best.regret_deg.by_range.30_50"]
+    metric = metrics["fit.regret_deg{range=30-50}"]
     assert (metric.value, metric.n, metric.reason) == (None, 0, "no observation is in this band")
-    assert "baselines" in metrics["fit.jlinkage.heading_abs_mean_deg.by_range.0_15"].reason
+    assert "baselines" in metrics["fit.heading_abs_mean_deg{method=jlinkage,range=0-15}"].reason
 
 
 def test_regret_by_view():
     bodies = [Body(0, 30.0, 0.0, view=View.REAR), Body(1, 30.0, 8.0, view=View.L_SHAPE)]
     value, _, _ = graded(bodies, turned([3.0, 1.0]))
-    assert value["fit.rear.best.regret_deg"] == pytest.approx(3.0)
-    assert value["fit.l_shape.best.regret_deg"] == pytest.approx(1.0)
-    assert value["fit.best.regret_deg"] == pytest.approx(2.0)
-    assert value["fit.side.best.regret_deg"] is None
+    assert value["fit.regret_deg{view=rear}"] == pytest.approx(3.0)
+    assert value["fit.regret_deg{view=l_shape}"] == pytest.approx(1.0)
+    assert value["fit.regret_deg"] == pytest.approx(2.0)
+    assert value["fit.regret_deg{view=side}"] is None
 
 
 def test_coverage_of_the_intervals_by_hand():
@@ -102,7 +102,7 @@ def test_segments_without_a_box_do_not_count_for_the_coverage():
     _, fits, metrics = graded([Body(0, 10.0, 0.0), Body(1, 20.0, 0.0), Body(2, 30.0, 0.0)], trace)
     best = fits[fits["best"]]
     assert best["box_heading_error_deg"].tolist() == pytest.approx([5.0, math.nan, 0.0], nan_ok=True)
-    metric = metrics["fit.best.coverage_99"]
+    metric = metrics["fit.coverage_99"]
     assert (metric.value, metric.n) == (0.5, 2)
 
 
@@ -130,10 +130,10 @@ def test_corner_error_along_and_across_is_positive_outside_the_true_box(quarter)
         )
 
     value, _, _ = graded([body], trace)
-    assert value["fit.best.corner_along_mean_m"] == pytest.approx(0.2)
-    assert value["fit.best.corner_across_mean_m"] == pytest.approx(-0.1)
-    assert value["fit.best.corner_across_abs_mean_m"] == pytest.approx(0.1)
-    assert value["fit.best.position_abs_mean_m"] == pytest.approx(math.hypot(0.2, 0.1))
+    assert value["fit.corner_along_mean_m"] == pytest.approx(0.2)
+    assert value["fit.corner_across_mean_m"] == pytest.approx(-0.1)
+    assert value["fit.corner_across_abs_mean_m"] == pytest.approx(0.1)
+    assert value["fit.position_abs_mean_m"] == pytest.approx(math.hypot(0.2, 0.1))
 
 
 @pytest.mark.parametrize("sideways", [False, True])
@@ -160,13 +160,13 @@ def test_extents_are_compared_with_those_of_the_true_points(sideways):
     grader.add(frame, scan, truth, tracks, traced)
     metrics, tables = grader.finish()
     assert tables["fits"][["seen_length_m", "seen_width_m"]].to_numpy()[0] == pytest.approx([3.0, 0.4], abs=1e-5)
-    assert metrics["fit.best.extent_along_mean_m"].value == pytest.approx(CAR_SIZE[0] - 3.0, abs=1e-5)
-    assert metrics["fit.best.extent_across_abs_mean_m"].value == pytest.approx(CAR_SIZE[1] - 0.4, abs=1e-5)
+    assert metrics["fit.extent_along_mean_m"].value == pytest.approx(CAR_SIZE[0] - 3.0, abs=1e-5)
+    assert metrics["fit.extent_across_abs_mean_m"].value == pytest.approx(CAR_SIZE[1] - 0.4, abs=1e-5)
 
 
 def test_without_a_rig_the_extents_have_a_reason():
     _, _, metrics = graded([Body(0, 20.0, 0.0)], turned([0.0]))
-    assert "no rig" in metrics["fit.best.extent_along_mean_m"].reason
+    assert "no rig" in metrics["fit.extent_along_mean_m"].reason
 
 
 def test_every_scope_is_in_every_result():

@@ -66,7 +66,7 @@ def test_bands_have_the_costs_of_their_vehicles_and_ranges_those_of_false_tracks
     expected |= {"by_class.car": 0.5, "by_class.bus": 2**0.5, "by_view.l_shape": 0.5, "by_view.rear": 2**0.5}
     found = {band: metrics[f"track.gospa_m.{band}"].value for band in expected}
     assert found == pytest.approx(expected)
-    missing = metrics["track.gospa_m.by_class.van"]
+    missing = metrics["track.gospa_m{class=van}"]
     assert (missing.value, missing.reason) == (None, "no observation is in the band by_class.van")
 
 

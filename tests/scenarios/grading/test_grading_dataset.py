@@ -31,12 +31,12 @@ def test_views_are_counted_with_their_shares(metrics):
         view: metrics[f"dataset.{view}.observations"].value for view in ("l_shape", "side", "rear", "front", "none")
     }
     assert found == {"l_shape": 1, "side": 1, "rear": 1, "front": 0, "none": 1}
-    assert metrics["dataset.rear.share"].value == 0.25
-    assert metrics["dataset.front.share"].value == 0.0
+    assert metrics["dataset.share{view=rear}"].value == 0.25
+    assert metrics["dataset.share{view=front}"].value == 0.0
 
 
 def test_run_without_vehicles_has_zero_counts_and_no_shares():
     metrics = grade_run([[]] * 3, Scripted([[]] * 3))[0]
     assert [metrics[f"dataset.{name}"].value for name in ("vehicles", "observations", "frames")] == [0, 0, 3]
-    assert metrics["dataset.rear.share"].value is metrics["dataset.observations_per_vehicle"].value is None
-    assert metrics["dataset.rear.share"].reason == "no vehicle was graded"
+    assert metrics["dataset.share{view=rear}"].value is metrics["dataset.observations_per_vehicle"].value is None
+    assert metrics["dataset.share{view=rear}"].reason == "no vehicle was graded"

@@ -35,8 +35,8 @@ def test_errors_of_each_model_and_of_the_selection_are_in_ego_axes():
     assert found["cv"] == pytest.approx([0.2, 0.0], abs=1e-9)
     assert found["ca"] == pytest.approx([0.0, 0.5], abs=1e-9)
     assert found["mma"] == pytest.approx([0.0, 0.0], abs=1e-9)
-    assert metrics["mma.cv.moving_target.x_abs_std_m"].value == pytest.approx(0.0, abs=1e-9)
-    assert metrics["mma.cv.stationary_target.x_abs_mean_m"].value is None
+    assert metrics["mma.x_abs_std_m{model=cv,target=moving}"].value == pytest.approx(0.0, abs=1e-9)
+    assert metrics["mma.x_abs_mean_m{model=cv,target=standing}"].value is None
 
 
 @pytest.mark.parametrize("quarters", [0, 1, 2, 3])
@@ -64,8 +64,8 @@ def test_mode_accuracy_and_stationary_targets():
     assert run(standing, model=0)["mma.mode_accuracy"].value == 1.0
     assert run(standing, model=1)["mma.mode_accuracy"].value == 0.0
     metrics = run(standing, model_offset=(0.25, 0, 0))
-    assert metrics["mma.stationary.stationary_target.x_abs_mean_m"].value == pytest.approx(0.25)
-    assert metrics["mma.mma.moving_target.x_abs_mean_m"].value is None
+    assert metrics["mma.x_abs_mean_m{model=stationary,target=standing}"].value == pytest.approx(0.25)
+    assert metrics["mma.x_abs_mean_m{target=moving}"].value is None
 
 
 def test_chi_square_band_equals_the_textbooks():
@@ -96,8 +96,8 @@ def test_confusion_rates_and_stationary_accuracy():
     metrics = grade_run(scene, Scripted(script))[0]
     found = {mode: [metrics[f"mma.confusion.{mode}.{model}"].value for model in MODELS] for mode in MODELS}
     assert found == {"stationary": [0.75, 0.25, 0.0], "cv": [None] * 3, "ca": [0.25, 0.5, 0.25]}
-    assert metrics["mma.confusion.ca.cv"].n == 4
-    assert "cv" in metrics["mma.confusion.cv.ca"].reason
+    assert metrics["mma.selected{mode=ca,model=cv}"].n == 4
+    assert "cv" in metrics["mma.selected{mode=cv,model=ca}"].reason
     assert metrics["mma.mode_accuracy"].value == 0.5
     assert metrics["mma.stationary_accuracy"].value == 6 / 8
 
@@ -110,8 +110,8 @@ def test_gain_is_relative_to_the_best_single_model():
     scene = one_car()
     script = [[follow(b, x=b.x + chosen.real, y=b.y + chosen.imag, model_offset=offsets)] for (b,) in scene]
     metrics = grade_run(scene, Scripted(script))[0]
-    assert metrics["mma.gain.moving_target"].value == pytest.approx(1 - 0.4 / 0.5)
-    assert metrics["mma.gain.stationary_target"].value is None
+    assert metrics["mma.gain{target=moving}"].value == pytest.approx(1 - 0.4 / 0.5)
+    assert metrics["mma.gain{target=standing}"].value is None
 
 
 class WithModelCovariances(Scripted):
@@ -137,14 +137,14 @@ def test_each_model_is_graded_with_its_own_covariance_while_it_is_the_true_mode(
     assert [metrics[f"mma.{model}.nees_in_band"].value for model in MODELS] == [1.0, 0.0, 1.0]
     assert [metrics[f"mma.{model}.nees_mean"].n for model in MODELS] == [1, 1, 1]
     assert [metrics[f"mma.{model}.nis_mean"].value for model in MODELS] == [1.0, 2.0, None]
-    assert metrics["mma.cv.nis_in_band"].value == 1.0
+    assert metrics["mma.nis_in_band{model=cv}"].value == 1.0
 
 
 def test_tracker_without_model_covariances_has_no_model_consistency():
     metrics = run(one_car())
-    assert metrics["mma.cv.nees_in_band"].value is metrics["mma.cv.nis_mean"].value is None
-    assert metrics["mma.cv.nees_in_band"].reason == "the tracker does not report the nees of its models"
-    assert metrics["mma.ca.nees_in_band"].reason.endswith("in the mode ca")
+    assert metrics["mma.nees_in_band{model=cv}"].value is metrics["mma.nis_mean{model=cv}"].value is None
+    assert metrics["mma.nees_in_band{model=cv}"].reason == "the tracker does not report the nees of its models"
+    assert metrics["mma.nees_in_band{model=ca}"].reason.endswith("in the mode ca")
 
 
 def test_mean_nees_excludes_infinite_values():

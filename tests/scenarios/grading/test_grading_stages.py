@@ -67,12 +67,12 @@ def test_precision_and_recall_per_cause():
     noise = [(0, Cause.MIRROR)] * 4 + [(0, Cause.LAYER_OVERLAP)] * 5
     line = [-1] * 2 + [0] * 18 + [-1] * 3 + [1] + [0] * 5
     metrics, _ = grade_one([CARS[0]], [0] * 29, noise, line)
-    assert metrics["outliers.mirror.recall"].value == pytest.approx(3 / 4)
-    assert metrics["outliers.mirror.precision"].value == pytest.approx(3 / 5)
-    assert metrics["outliers.layer_overlap.recall"].value == 0.0
-    assert metrics["outliers.layer_overlap.precision"].value == 0.0
-    assert metrics["outliers.ghost.recall"].value is None
-    assert "ghost" in metrics["outliers.ghost.precision"].reason
+    assert metrics["outliers.recall{cause=mirror}"].value == pytest.approx(3 / 4)
+    assert metrics["outliers.precision{cause=mirror}"].value == pytest.approx(3 / 5)
+    assert metrics["outliers.recall{cause=layer_overlap}"].value == 0.0
+    assert metrics["outliers.precision{cause=layer_overlap}"].value == 0.0
+    assert metrics["outliers.recall{cause=ghost}"].value is None
+    assert "ghost" in metrics["outliers.precision{cause=ghost}"].reason
 
 
 def test_ghosts_count_and_points_of_a_neighbour_do_not():
@@ -81,8 +81,8 @@ def test_ghosts_count_and_points_of_a_neighbour_do_not():
     label = [0] * 20 + [0] * 5 + [1] * 15 + [0, 0]
     line = [0] * 20 + [-1] * 5 + [0] * 15 + [-1, 0]
     metrics, _ = grade_one(CARS, label, noise, line)
-    assert metrics["outliers.ghost.recall"].value == 0.5
-    assert metrics["outliers.ghost.precision"].value == 1.0
+    assert metrics["outliers.recall{cause=ghost}"].value == 0.5
+    assert metrics["outliers.precision{cause=ghost}"].value == 1.0
 
 
 def test_precision_is_limited_to_segments_with_the_cause():
@@ -90,13 +90,13 @@ def test_precision_is_limited_to_segments_with_the_cause():
     label = [0] * 20 + [1] * 20 + [0, 0]
     line = [-1] + [0] * 19 + [-1] * 5 + [0] * 15 + [-1, -1]
     metrics, _ = grade_one(CARS, label, [(0, Cause.MIRROR)] * 2, line)
-    assert metrics["outliers.mirror.precision"].value == pytest.approx(2 / 3)
-    assert metrics["outliers.mirror.recall"].value == 1.0
+    assert metrics["outliers.precision{cause=mirror}"].value == pytest.approx(2 / 3)
+    assert metrics["outliers.recall{cause=mirror}"].value == 1.0
 
 
 def test_points_outside_of_vehicles_segments_do_not_count():
     metrics, tables = grade_one(CARS, [-1] * 44, [(0, Cause.MIRROR)] * 4, [-1] * 44)
-    assert metrics["outliers.mirror.recall"].value is None
+    assert metrics["outliers.recall{cause=mirror}"].value is None
     assert tables["outliers"].points.sum() == 0
 
 

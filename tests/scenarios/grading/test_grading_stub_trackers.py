@@ -39,7 +39,7 @@ def perfect():
 def test_perfect(perfect):
     ones = ("hota", "mota", "idf1", "loca", "occlusion_survival")
     assert [perfect[f"track.{name}"] for name in ones] == pytest.approx([1.0] * 5)
-    assert perfect["mma.mma.moving_target.x_abs_mean_m"] == pytest.approx(0.0, abs=1e-9)
+    assert perfect["mma.x_abs_mean_m{target=moving}"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_one_frame_late_has_the_error_of_one_frame_of_motion():
@@ -48,8 +48,8 @@ def test_one_frame_late_has_the_error_of_one_frame_of_motion():
     assert late["track.hota"] == pytest.approx(14 / 19, abs=0.12)
     assert late["track.hota"] < 0.9
     assert late["track.mota"] == 1.0
-    assert late["mma.mma.moving_target.x_abs_mean_m"] == pytest.approx(0.8, rel=0.03)
-    assert late["mma.mma.stationary_target.x_abs_mean_m"] == pytest.approx(0.0, abs=1e-9)
+    assert late["mma.x_abs_mean_m{target=moving}"] == pytest.approx(0.8, rel=0.03)
+    assert late["mma.x_abs_mean_m{target=standing}"] == pytest.approx(0.0, abs=1e-9)
     assert late["track.id_switches"] == 0
 
 

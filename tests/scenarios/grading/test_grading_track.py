@@ -209,7 +209,7 @@ def test_odometry_drift_and_ego_motion_do_not_count_as_tracker_errors():
     metrics, tables, _ = grade_run(scene, Perfect(), ego=ego)
     assert values(metrics, "hota", "heading_abs_mean_deg") == pytest.approx([1.0, 0.0], abs=1e-9)
     assert values(metrics, "velocity_abs_mean_mps", "gospa_m") == pytest.approx([0.0, 0.0], abs=1e-9)
-    assert metrics["mma.mma.moving_target.x_abs_mean_m"].value == pytest.approx(0.0, abs=1e-9)
+    assert metrics["mma.x_abs_mean_m{target=moving}"].value == pytest.approx(0.0, abs=1e-9)
     both = tables["tracks"].merge(tables["truth"], on=["frame", "actor_id"], suffixes=("", "_true"))
     for column in ("x_world_m", "y_world_m"):
         np.testing.assert_allclose(both[column], both[f"{column}_true"], atol=1e-9)

@@ -12,23 +12,23 @@ from luxloop.scenarios.grading.metric_sheet import MetricSheet
 
 # Names that users' scenario files, reports and CI depend on.
 STABLE_NAMES = [
-    "fit.area.heading_abs_mean_deg",
-    "fit.tlinkage.within_1deg",
-    "fit.oracle.within_5deg",
-    "fit.best.heading_std_deg",
-    "fit.best.position_abs_mean_m",
-    "fit.best.iou_mean",
-    "fit.best.regret_deg",
-    "fit.l_shape.variance.heading_abs_std_deg",
-    "fit.rear.closeness.heading_mean_deg",
-    "outliers.mirror.precision",
-    "outliers.layer_overlap.recall",
+    "fit.heading_abs_mean_deg{method=area}",
+    "fit.within_1deg{method=tlinkage}",
+    "fit.within_5deg{method=oracle}",
+    "fit.heading_std_deg",
+    "fit.position_abs_mean_m",
+    "fit.iou_mean",
+    "fit.regret_deg",
+    "fit.heading_abs_std_deg{method=variance,view=l_shape}",
+    "fit.heading_mean_deg{method=closeness,view=rear}",
+    "outliers.precision{cause=mirror}",
+    "outliers.recall{cause=layer_overlap}",
     "segmentation.over_rate",
     "segmentation.under_rate",
     "segmentation.missed_rate",
-    "mma.stationary.stationary_target.x_abs_mean_m",
-    "mma.cv.moving_target.y_abs_std_m",
-    "mma.mma.moving_target.x_abs_mean_m",
+    "mma.x_abs_mean_m{model=stationary,target=standing}",
+    "mma.y_abs_std_m{model=cv,target=moving}",
+    "mma.x_abs_mean_m{target=moving}",
     "mma.mode_accuracy",
     "mma.switch_latency_frames",
     "mma.nees_in_band",
@@ -50,11 +50,11 @@ def test_units_follow_the_names():
         for end, expected in ends.items():
             if name.endswith(end) and ".within_" not in name:
                 assert unit == expected, name
-    assert METRICS["fit.best.within_2deg"] == "1"
+    assert METRICS["fit.within_2deg"] == "1"
 
 
 def test_duplicate_names_are_refused():
-    twice = [Definition("fit.best.regret_deg", "deg", "one"), Definition("fit.best.regret_deg", "m", "other")]
+    twice = [Definition("fit.regret_deg", "deg", "one"), Definition("fit.regret_deg", "m", "other")]
     with pytest.raises(ValueError, match=r"fit\.best\.regret_deg is defined twice"):
         register(twice)
 
@@ -81,7 +81,7 @@ def test_sheet_accepts_known_names_once_and_finite_values():
 def test_metric_without_observations_is_none_with_a_reason():
     sheet = MetricSheet()
     sheet.mean("track.mota", np.empty(0), "no vehicle")
-    sheet.rate("outliers.mirror.recall", 0, 0, "no mirror")
+    sheet.rate("outliers.recall{cause=mirror}", 0, 0, "no mirror")
     sheet.write("track.id_switches", 0.0, 0, "no vehicle")
     assert [(m.value, m.n) for m in sheet.metrics.values()] == [(None, 0)] * 3
     assert [m.reason for m in sheet.metrics.values()] == ["no vehicle", "no mirror", "no vehicle"]

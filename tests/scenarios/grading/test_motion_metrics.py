@@ -84,7 +84,7 @@ def test_bands_have_their_own_means():
         assert values(metrics, f"moving_velocity_abs_mean_mps.{band}", f"length_mean_m.{band}") == [1.0, 0.0]
     for band in ("by_range.30_50", "by_class.truck", "by_view.side"):
         assert values(metrics, f"moving_velocity_abs_mean_mps.{band}", f"length_mean_m.{band}") == [0.0, -1.0]
-    missing = metrics["track.standing_speed_mean_mps.by_class.car"]
+    missing = metrics["track.standing_speed_mean_mps{class=car}"]
     assert (missing.value, missing.reason) == (None, "no confirmed track followed a graded vehicle that was standing")
 
 

@@ -54,14 +54,14 @@ def test_the_error_now_is_a_part_of_the_error_ahead():
     bodies = scene()
     shifted = [[replace(follow(body), x=body.x + 0.3, y=body.y + 0.4) for body in frame] for frame in bodies]
     metrics = grade_run(bodies, Predicting(shifted))[0]
-    assert metrics["mma.cv.prediction_1s_abs_mean_m"].value == pytest.approx(0.5)
+    assert metrics["mma.prediction_1s_abs_mean_m{model=cv}"].value == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("corner", [(1, 1), (-1, 1), (1, -1)])
 def test_any_corner_of_a_turned_track_is_compared_with_itself(corner):
     """The track takes the rear as front; its corner is still one of the vehicle."""
     metrics = graded(scene(), heading=np.pi, corner=corner)
-    assert metrics["mma.cv.prediction_2s_abs_mean_m"].value == pytest.approx(0.0, abs=1e-6)
+    assert metrics["mma.prediction_2s_abs_mean_m{model=cv}"].value == pytest.approx(0.0, abs=1e-6)
 
 
 def test_ego_motion_and_odometry_do_not_enter():
@@ -74,15 +74,15 @@ def test_ego_motion_and_odometry_do_not_enter():
     bodies = scene()
     script = [[replace(follow(body), x=body.x + 100.0, y=body.y - 50.0) for body in frame] for frame in bodies]
     metrics = grade_run(bodies, Predicting(script), ego=ego)[0]
-    assert metrics["mma.cv.prediction_1s_abs_mean_m"].value == pytest.approx(0.0, abs=1e-6)
+    assert metrics["mma.prediction_1s_abs_mean_m{model=cv}"].value == pytest.approx(0.0, abs=1e-6)
 
 
 def test_frames_around_a_change_of_mode_are_those_within_a_second():
     metrics = graded(scene(frames=80, change=30))
     # |i - 30| x 0.08 <= 1 s: 12 frames before and after, and the change itself.
-    assert metrics["mma.cv.prediction_1s_abs_mean_m_around_changes"].n == 25
-    assert metrics["mma.ca.prediction_1s_abs_mean_m_around_changes"].value == pytest.approx(1.0)
-    none = graded(scene())["mma.cv.prediction_1s_abs_mean_m_around_changes"]
+    assert metrics["mma.prediction_1s_abs_mean_m{model=cv,when=changing}"].n == 25
+    assert metrics["mma.prediction_1s_abs_mean_m{model=ca,when=changing}"].value == pytest.approx(1.0)
+    none = graded(scene())["mma.prediction_1s_abs_mean_m{model=cv,when=changing}"]
     assert (none.value, none.n) == (None, 0)
 
 
@@ -107,13 +107,13 @@ def test_a_bank_with_a_turning_model_has_metrics_of_it_and_null_ones_of_missing_
 
     bodies = scene(change=0)
     metrics, tables, _ = grade_run(bodies, Turning([[follow(body) for body in frame] for frame in bodies]))
-    assert metrics["mma.ctra.prediction_1s_abs_mean_m"].value == pytest.approx(2.0)
-    assert metrics["mma.ctra.moving_target.x_abs_mean_m"].value == pytest.approx(0.0, abs=1e-9)
+    assert metrics["mma.prediction_1s_abs_mean_m{model=ctra}"].value == pytest.approx(2.0)
+    assert metrics["mma.x_abs_mean_m{model=ctra,target=moving}"].value == pytest.approx(0.0, abs=1e-9)
     assert metrics["mma.mode_accuracy"].value == 1.0
-    assert metrics["mma.confusion.ca.ctra"].value == 1.0
-    assert metrics["mma.gain.moving_target"].n == len(bodies)
-    assert metrics["mma.stationary.prediction_1s_abs_mean_m"].value is None
-    assert "mma.ctrv.prediction_1s_abs_mean_m" not in metrics
+    assert metrics["mma.selected{mode=ca,model=ctra}"].value == 1.0
+    assert metrics["mma.gain{target=moving}"].n == len(bodies)
+    assert metrics["mma.prediction_1s_abs_mean_m{model=stationary}"].value is None
+    assert "mma.prediction_1s_abs_mean_m{model=ctrv}" not in metrics
     assert set(tables["tracks"]["model"]) == {"ctra"}
     assert (tables["tracks"]["probability_ctra"] == 0.6).all()
 

@@ -140,7 +140,7 @@ def test_one_frame_late_has_the_error_of_one_frame_of_motion(world, perfect):
     driven = np.hypot(moving["vx_world_mps"], moving["vy_world_mps"]) * DT * (moving["frame"] > 0)
     judged = late.tracks[late.tracks["judged"] & (late.tracks["true_mode"] != "stationary")]
     assert np.hypot(judged["mma_x_error_m"], judged["mma_y_error_m"]).mean() == pytest.approx(driven.mean(), rel=0.01)
-    assert late.value["mma.mma.moving_target.x_abs_mean_m"] == pytest.approx(driven.mean(), rel=0.01)  # all drive along
+    assert late.value["mma.x_abs_mean_m{target=moving}"] == pytest.approx(driven.mean(), rel=0.01)  # all drive along
     assert late.value["track.hota"] == pytest.approx(hota_if_late(late.graded), abs=0.01)
     assert late.value["track.missed"] == late.value["track.false"] == (overlap_if_late(late.graded) < 0.5).sum()
     hit_or_miss = HITS | of("track", "mota", "idf1", "reappearance_error_m")

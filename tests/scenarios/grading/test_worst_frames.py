@@ -49,12 +49,12 @@ TRACK = {"judged": True, "track_id": 3, "actor_id": 7, "true_mode": "cv", "model
 @pytest.mark.parametrize(
     ("metric", "errors", "expected"),
     [
-        ("fit.area.heading_abs_mean_deg", {"heading_error_deg": [1.0, -4.0, 0.0]}, [(1, "-4.0 deg off"), (0, "+1.0")]),
-        ("fit.rear.area.within_1deg", {"heading_error_deg": [1.0, -4.0, 0.0]}, [(1, "-4.0 deg off"), (0, "+1.0")]),
-        ("fit.side.area.within_1deg", {"heading_error_deg": [1.0, -4.0, 0.0]}, []),
-        ("fit.variance.heading_mean_deg", {"heading_error_deg": [1.0, -4.0, 0.0]}, []),
-        ("fit.area.position_abs_mean_m", {"position_error_m": [0.1, 0.0, 0.5]}, [(2, "0.50 m off"), (0, "0.10 m")]),
-        ("fit.area.iou_mean", {"iou": [0.9, 1.0, 0.25]}, [(2, "overlaps it by 0.25"), (0, "by 0.90")]),
+        ("fit.heading_abs_mean_deg{method=area}", {"heading_error_deg": [1.0, -4.0, 0.0]}, [(1, "-4.0 deg off"), (0, "+1.0")]),
+        ("fit.within_1deg{method=area,view=rear}", {"heading_error_deg": [1.0, -4.0, 0.0]}, [(1, "-4.0 deg off"), (0, "+1.0")]),
+        ("fit.within_1deg{method=area,view=side}", {"heading_error_deg": [1.0, -4.0, 0.0]}, []),
+        ("fit.heading_mean_deg{method=variance}", {"heading_error_deg": [1.0, -4.0, 0.0]}, []),
+        ("fit.position_abs_mean_m{method=area}", {"position_error_m": [0.1, 0.0, 0.5]}, [(2, "0.50 m off"), (0, "0.10 m")]),
+        ("fit.iou_mean{method=area}", {"iou": [0.9, 1.0, 0.25]}, [(2, "overlaps it by 0.25"), (0, "by 0.90")]),
     ],
 )
 def test_fits(metric, errors, expected):
@@ -69,27 +69,27 @@ def test_fits(metric, errors, expected):
 
 def test_coverage_is_worst_at_observations_without_a_rectangle():
     rows = [{**FIT, "best": True, "heading_error_deg": error} for error in (5.0, float("nan"))]
-    found = worst("fit.best.coverage", fits=table(FITS, rows, **FIT_ERRORS))
+    found = worst("fit.coverage", fits=table(FITS, rows, **FIT_ERRORS))
     assert found == [(1, "no rectangle on vehicle car.7 (rear, 12 m)")]
 
 
 @pytest.mark.parametrize(
     ("metric", "rows", "frames", "words"),
     [
-        ("mma.cv.moving_target.x_abs_mean_m", [{"cv_x_error_m": -2.0}, {"cv_y_error_m": 9.0}], [0], "2.00 m off by cv"),
+        ("mma.x_abs_mean_m{model=cv,target=moving}", [{"cv_x_error_m": -2.0}, {"cv_y_error_m": 9.0}], [0], "2.00 m off by cv"),
         (
-            "mma.mma.moving_target.y_abs_std_m",
+            "mma.y_abs_std_m{target=moving}",
             [{"cv_y_error_m": 2.0}, {"mma_y_error_m": 1.0}],
             [1],
             "1.00 m off by mma",
         ),
-        ("mma.cv.stationary_target.x_abs_mean_m", [{"cv_x_error_m": -2.0}], [], ""),
-        ("mma.gain.moving_target", [{"mma_x_error_m": 3.0, "mma_y_error_m": 4.0}], [0], "5.00 m off by mma"),
+        ("mma.x_abs_mean_m{model=cv,target=standing}", [{"cv_x_error_m": -2.0}], [], ""),
+        ("mma.gain{target=moving}", [{"mma_x_error_m": 3.0, "mma_y_error_m": 4.0}], [0], "5.00 m off by mma"),
         ("mma.mode_accuracy", [{"model": "cv"}, {}], [1], "is ca, truly cv"),
-        ("mma.confusion.cv.ca", [{"model": "cv"}, {}], [1], "is ca, truly cv"),
+        ("mma.selected{mode=cv,model=ca}", [{"model": "cv"}, {}], [1], "is ca, truly cv"),
         ("mma.stationary_accuracy", [{}, {"model": "stationary"}], [1], "is stationary, truly cv"),
         ("mma.nees_in_band", [{"nees": 2.0}, {"nees": 20.0}, {"nees": 0.02}], [2, 1], "a nees of 0.02, expected 2"),
-        ("mma.ca.nis_mean", [{"ca_nis": 2.0, "cv_nis": 99.0}, {"ca_nis": 20.0, "cv_nis": 2.0}], [1], "ca nis of 20"),
+        ("mma.nis_mean{model=ca}", [{"ca_nis": 2.0, "cv_nis": 99.0}, {"ca_nis": 20.0, "cv_nis": 2.0}], [1], "ca nis of 20"),
         ("track.heading_abs_mean_deg", [{"heading_error_deg": -170.0}], [0], "is -170.0 deg off in its track heading"),
         ("track.heading_flip_rate", [{"heading_error_deg": 9.0, "true_mode": "stationary"}], [], ""),
         ("track.loca", [{"iou": 0.8}, {"iou": 0.5}], [1, 0], "overlaps it by 0.50"),
@@ -119,7 +119,7 @@ def test_segments():
 def test_outliers():
     rows = [{"cause": "mirror", "points": 4, "removed": 3, "clean_removed_beside": 1}, {"cause": "ghost", "points": 9}]
     expected = [(0, "3 of 4 removed, and 1 clean points with them")]
-    assert worst("outliers.mirror.recall", outliers=table(OUTLIERS, rows)) == expected
+    assert worst("outliers.recall{cause=mirror}", outliers=table(OUTLIERS, rows)) == expected
 
 
 def test_control():
@@ -154,7 +154,7 @@ def test_frames_are_unique_and_limited_in_number():
     rows = [
         {**FIT, "frame": frame, "heading_error_deg": error} for frame, error in [(0, 1), (0, 9), (1, 2), (2, 3), (3, 4)]
     ]
-    found = worst("fit.area.heading_std_deg", fits=table(FITS, rows, **FIT_ERRORS))
+    found = worst("fit.heading_std_deg{method=area}", fits=table(FITS, rows, **FIT_ERRORS))
     assert [frame for frame, _ in found] == [0, 3, 2]
 
 
@@ -163,7 +163,7 @@ def test_every_metric_of_a_real_run_has_valid_worst_frames():
     result: Result = short_run.result()
     frames = {metric: worst_frames(result, metric) for metric in METRICS}
     assert {worst.frame for found in frames.values() for worst in found} <= set(range(short_run.FRAMES))
-    assert frames["fit.best.heading_abs_mean_deg"]
+    assert frames["fit.heading_abs_mean_deg"]
     assert not frames["perf.sim_ms_p50"]
     assert not frames["mma.switch_latency_frames"]  # it has no value
     assert str(frames["track.hota"][0]).startswith("frame ")

@@ -23,8 +23,8 @@ METRIC = {metric.name: metric for metric in BLAME_METRICS}
 
 FAULTS = {
     Stage.SEGMENTATION: (faulty_stages.CoarseSegmentation, ["segmentation.under_rate", "track.hota", "track.missed"]),
-    Stage.OUTLIERS: (faulty_stages.RemovingNothing, ["outliers.mirror.recall", "outliers.layer_overlap.recall"]),
-    Stage.FIT: (faulty_stages.BiasedFit, ["fit.best.heading_abs_mean_deg", "track.hota"]),
+    Stage.OUTLIERS: (faulty_stages.RemovingNothing, ["outliers.recall{cause=mirror}", "outliers.recall{cause=layer_overlap}"]),
+    Stage.FIT: (faulty_stages.BiasedFit, ["fit.heading_abs_mean_deg", "track.hota"]),
     Stage.ASSOCIATION: (faulty_stages.ScrambledAssociation, ["track.idf1", "track.hota", "track.false"]),
     Stage.MODEL: (faulty_stages.AlwaysAccelerating, ["mma.mode_accuracy"]),
     Stage.CONFIRMATION: (faulty_stages.SlowConfirmation, ["track.time_to_confirm_s", "track.missed", "track.hota"]),
@@ -91,12 +91,12 @@ def test_the_report_has_a_row_for_each_stage_and_a_sentence_for_each_metric():
     assert " costs " in first
     for row, tables in {"none": 3, **dict.fromkeys(Stage, 4)}.items():
         assert sum(line.startswith(f"{row} ") for line in lines) == tables, row
-    found, name = busy_street.blamed(), "fit.best.position_abs_mean_m"
+    found, name = busy_street.blamed(), "fit.position_abs_mean_m"
     results = (found.shipped.metrics, found.by_truth[Stage.FIT], found.by_truth[Stage.OUTLIERS])
     shown = [f"{metrics[name].value:.3f}" for metrics in results]
     assert "{} is {}: fit ({}) costs most, then outliers ({})".format(name, *shown) in text
-    heading = found.shipped.metrics["fit.best.heading_abs_mean_deg"].value
-    assert f"fit.best.heading_abs_mean_deg is {heading:.3f}: fit (0.000) costs most" in text
+    heading = found.shipped.metrics["fit.heading_abs_mean_deg"].value
+    assert f"fit.heading_abs_mean_deg is {heading:.3f}: fit (0.000) costs most" in text
     assert "track.id_switches is 0: no stage's truth makes it better" in text
     assert OWN_DRIVES not in text
 
@@ -147,9 +147,9 @@ def test_json_output_contains_all_values_and_nothing_else(tmp_path, monkeypatch,
     found = json.loads(out)
     assert (found["scenario"], found["seed"], found["complete"], found["frames"]) == ("short", 9, True, 5)
     assert list(found["by_truth"]) == [str(stage) for stage in Stage]
-    assert found["by_truth"]["fit"]["fit.best.heading_abs_mean_deg"]["value"] < 1e-6
-    assert found["ranking"]["fit.best.heading_abs_mean_deg"][0] == "fit"
-    assert found["shipped"]["outliers.mirror.recall"]["reason"]
+    assert found["by_truth"]["fit"]["fit.heading_abs_mean_deg"]["value"] < 1e-6
+    assert found["ranking"]["fit.heading_abs_mean_deg"][0] == "fit"
+    assert found["shipped"]["outliers.recall{cause=mirror}"]["reason"]
     assert set(found["costs"]["track.hota"]) == set(Stage)
     assert sorted(path.name for path in Path().iterdir()) == ["short.toml"]
 

@@ -10,7 +10,7 @@ from rich.text import Text
 from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import table_of
 
-NAME = "mma.mma.stationary_target.x_abs_mean_m"
+NAME = "mma.x_abs_mean_m{target=standing}"
 
 
 def printed(table, width):

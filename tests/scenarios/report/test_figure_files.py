@@ -75,7 +75,7 @@ def test_paper_prints_one_table_or_all(run, capfd):
     assert main(["paper", str(run)]) == 0
     out = capfd.readouterr().out
     assert all(title in out for title in titles)
-    value = run_folder.read(run).metrics["fit.best.heading_abs_mean_deg"].value
+    value = run_folder.read(run).metrics["fit.heading_abs_mean_deg"].value
     assert re.search(rf"^best .* {value:.3f} ", out, re.MULTILINE)
     assert main(["paper", str(run), "--table", "3", "--latex"]) == 0
     assert capfd.readouterr().out.count(r"\begin{tabular}") == 1

@@ -84,19 +84,19 @@ def test_a_cause_is_the_stated_one_or_the_worst_frame():
     result = short_run.result()
     beyond = replace(known("track.hota", 0.5, figure=0.88), limit=Limit(min=0.9, known_failure=f"0.88: {CAUSE}"))
     assert beyond.outcome == "failed"
-    failed = check_of("fit.best.heading_abs_mean_deg", 3.0, Limit(max=1.0), "deg")
+    failed = check_of("fit.heading_abs_mean_deg", 3.0, Limit(max=1.0), "deg")
     without = Check("mma.switch_latency_frames", Limit(max=3.0), result.metrics["mma.switch_latency_frames"])
     text = " ".join(" ".join(screen([beyond, failed, without], 120)).split())
     assert "FAILED: worse than known; " in text
-    assert "fit.best.heading_abs_mean_deg 3.000 > 1 FAILED: worst in frame " in text
+    assert "fit.heading_abs_mean_deg 3.000 > 1 FAILED: worst in frame " in text
     assert "mma.switch_latency_frames n/a, not <= 3 no followed vehicle changed its mode" in text
 
 
 def test_the_worst_frame_is_the_one_that_view_opens_at():
     result = short_run.result()
-    checks = [check_of("fit.best.heading_abs_mean_deg", 3.0, Limit(max=1.0), "deg"), known("track.hota", 0.5)]
+    checks = [check_of("fit.heading_abs_mean_deg", 3.0, Limit(max=1.0), "deg"), known("track.hota", 0.5)]
     text = " ".join(screen(checks, 120))
-    assert f"Worst {frame_to_show(result, ['fit.best.heading_abs_mean_deg'])}"[:60] in text
+    assert f"Worst {frame_to_show(result, ['fit.heading_abs_mean_deg'])}"[:60] in text
     assert f"Worst {frame_to_show(result, [])}"[:60] in " ".join(screen([], 120))
 
 
@@ -106,7 +106,7 @@ def test_main_figures_have_intervals_or_say_why_not():
         "track.hota": Metric(0.73, "1", 9, interval=(0.612, 0.829)),
         "track.idf1": Metric(0.9, "1", 9, why_no_interval="too few vehicles"),
         "track.missed_share": Metric(0.16438, "1", 9, interval=(0.068, 0.3116)),
-        "fit.best.heading_abs_mean_deg": Metric(None, "deg", 0, "the tracker does not report fits"),
+        "fit.heading_abs_mean_deg": Metric(None, "deg", 0, "the tracker does not report fits"),
         "track.gospa_m": Metric(1234.5, "m", 9),
     }
     lines = [line.split() for line in screen(metrics=metrics)]

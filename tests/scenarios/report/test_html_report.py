@@ -30,7 +30,7 @@ from luxloop.tracker.tracker import Tracker
 EXPECT = """
 [expect]
 "track.mota" = { max = 1.0, unit = "1", need = "scores are at most one" }
-"fit.best.heading_abs_mean_deg" = { max = 0.001, unit = "deg", need = "a ruler's edge" }
+"fit.heading_abs_mean_deg" = { max = 0.001, unit = "deg", need = "a ruler's edge" }
 "track.idf1" = { min = 0.999, known_failure = "the first frames have <no> track yet" }
 """
 FIGURES = ["heading-cdf", "error-range", "error-aspect", "error-visible", "error-class", "timelines", "probabilities"]
@@ -167,7 +167,7 @@ def test_run_page_has_the_numbers_of_the_printed_tables(runs):
     run, text = ReportedRun.read(runs / "bad-seed4"), run_page(runs / "bad-seed4")
     table = page_table(paper_tables.heading_error(run.result))
     best = next(row for row in table.rows if row.cells[0].text == "best")
-    assert f"{run.result.metrics['fit.best.heading_abs_mean_deg'].value:.3f}" in [cell.text for cell in best.cells]
+    assert f"{run.result.metrics['fit.heading_abs_mean_deg'].value:.3f}" in [cell.text for cell in best.cells]
     assert best.style == "bold"
     cells = "".join(
         f"<{tag}{' class=&quot;right&quot;' if cell.right else ''}>{cell.text}</td>".replace("&quot;", '"')

@@ -17,7 +17,7 @@ from luxloop.scenarios.study.sweep_runs import Sweep
 
 EXPECT = """
 [expect]
-"fit.best.heading_abs_mean_deg" = { max = 0.001, unit = "deg", need = "a ruler's edge" }
+"fit.heading_abs_mean_deg" = { max = 0.001, unit = "deg", need = "a ruler's edge" }
 "track.hota" = { min = 1.1, need = "more than perfect" }
 "track.idf1" = { min = 0.999, known_failure = "the first frames have no track yet" }
 """
@@ -195,7 +195,7 @@ def test_layers_can_be_switched_off(chromium, folder):
 
 def test_failed_expectations_lead_to_pictures_of_their_frames(chromium, folder):
     with opened(chromium, folder, "run") as page:
-        rows = page.locator(".expectations tbody tr").filter(has_text="fit.best.heading_abs_mean_deg")
+        rows = page.locator(".expectations tbody tr").filter(has_text="fit.heading_abs_mean_deg")
         links = rows.locator("a").all()
         assert links
         for link in links:
@@ -204,5 +204,5 @@ def test_failed_expectations_lead_to_pictures_of_their_frames(chromium, folder):
             assert f"frame {number} " in link.inner_text()
             caption = page.locator(f'[id="{target[1:]}"] figcaption').inner_text()
             assert f"Frame {number}," in caption
-            assert "fit.best.heading_abs_mean_deg" in caption
+            assert "fit.heading_abs_mean_deg" in caption
             assert "off in its fit heading" in caption

@@ -84,16 +84,16 @@ def test_distribution_table_shows_metrics_and_the_papers_figures():
 
 def test_fit_tables_show_metrics_by_band_and_by_view():
     changed = {
-        "fit.variance.heading_abs_mean_deg.by_range.15_30": Metric(1.5, "deg", 20),
-        "fit.variance.heading_abs_mean_deg.by_points.100_up": Metric(0.25, "deg", 21),
-        "fit.rear.best.regret_deg": Metric(0.75, "deg", 40, interval=(0.5, 1.0)),
-        "fit.rear.best.coverage_50": Metric(0.51, "1", 39),
-        "fit.rear.best.coverage_90": Metric(0.88, "1", 39),
-        "fit.rear.best.coverage_99": Metric(0.97, "1", 39),
-        "fit.rear.best.bound_ratio": Metric(2.5, "1", 38),
-        "fit.best.regret_deg.by_points.0_30": Metric(1.25, "deg", 30),
-        "fit.rear.best.corner_across_mean_m": Metric(-0.125, "m", 40),
-        "fit.rear.best.corner_across_abs_mean_m": Metric(0.175, "m", 40),
+        "fit.heading_abs_mean_deg{method=variance,range=15-30}": Metric(1.5, "deg", 20),
+        "fit.heading_abs_mean_deg{method=variance,points=100-}": Metric(0.25, "deg", 21),
+        "fit.regret_deg{view=rear}": Metric(0.75, "deg", 40, interval=(0.5, 1.0)),
+        "fit.coverage_50{view=rear}": Metric(0.51, "1", 39),
+        "fit.coverage_90{view=rear}": Metric(0.88, "1", 39),
+        "fit.coverage_99{view=rear}": Metric(0.97, "1", 39),
+        "fit.bound_ratio{view=rear}": Metric(2.5, "1", 38),
+        "fit.regret_deg{points=0-30}": Metric(1.25, "deg", 30),
+        "fit.corner_across_mean_m{view=rear}": Metric(-0.125, "m", 40),
+        "fit.corner_across_abs_mean_m{view=rear}": Metric(0.175, "m", 40),
     }
     text = text_of(with_metrics(**{name.replace(".", "__"): metric for name, metric in changed.items()}))
     by_band = row(text, "Mean absolute fit heading error by range", "variance")
@@ -234,9 +234,9 @@ def test_figures_of_the_paper_are_consistent():
 
 def test_bands_of_the_tracks_have_a_row_each_on_the_page_and_none_in_the_printed_report():
     names = {
-        "track.missed_share.by_class.trailer_truck": Metric(0.25, "1", 40),
-        "track.length_mean_m.by_class.trailer_truck": Metric(-1.5, "m", 30),
-        "track.missed_share.by_range.15_30": Metric(0.125, "1", 8),
+        "track.missed_share{class=trailer_truck}": Metric(0.25, "1", 40),
+        "track.length_mean_m{class=trailer_truck}": Metric(-1.5, "m", 30),
+        "track.missed_share{range=15-30}": Metric(0.125, "1", 8),
     }
     result = with_metrics(**{name.replace(".", "__"): metric for name, metric in names.items()})
     shown = [name for columns in track_tables.BANDED_TABLES.values() for name in columns]

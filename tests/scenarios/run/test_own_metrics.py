@@ -13,7 +13,7 @@ from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import MetricError, ScenarioError, StudyError
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.own_metric import OwnMetric
+from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.report.text import as_text, report
 from luxloop.scenarios.run import own_metrics
 from luxloop.scenarios.study import design
@@ -67,7 +67,7 @@ def of(metric, **chosen):
 
 
 def test_only_the_chosen_actors_count():
-    position = "mma.mma.moving_target.x_abs_mean_m"
+    position = "mma.x_abs_mean_m{target=moving}"
     assert graded(of(position, **{"class": "truck"}))["own.figure"].value == pytest.approx(0.5)
     cars = graded(of(position, **{"class": ["car", "van"]}))["own.figure"]
     assert (cars.value, cars.n) == (pytest.approx((4 * 0.1 + 3 * 0.3) / 7), 7)
@@ -183,7 +183,7 @@ def test_a_report_without_own_metrics_has_no_table_of_them():
     ("change", "message"),
     [
         (('of = "track.hota"', 'of = "track.hotta"'), 'of = "track.hotta": no metric of actors'),
-        (('of = "track.hota"', 'of = "outliers.rain.recall"'), "no metric of actors"),
+        (('of = "track.hota"', 'of = "outliers.recall{cause=rain}"'), "no metric of actors"),
         (('class = "car"', 'class = "cra"'), 'class = "cra": no class of actors; name one of car'),
         (('class = "car"', ""), "give actor or class, or use track.hota itself"),
         (('class = "car"', 'class = "car"\nunit = "m"'), "leave it out"),

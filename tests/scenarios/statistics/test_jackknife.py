@@ -94,15 +94,15 @@ def test_limits_that_say_nothing_are_no_interval():
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("fit.best.heading_mean_deg", (-45.0, 45.0)),
-        ("fit.rear.best.heading_abs_mean_deg", (0.0, 45.0)),
-        ("fit.best.heading_abs_std_deg", (0.0, 22.5)),
-        ("fit.best.regret_deg.by_range.0_15", (0.0, 45.0)),
+        ("fit.heading_mean_deg", (-45.0, 45.0)),
+        ("fit.heading_abs_mean_deg{view=rear}", (0.0, 45.0)),
+        ("fit.heading_abs_std_deg", (0.0, 22.5)),
+        ("fit.regret_deg{range=0-15}", (0.0, 45.0)),
         ("track.heading_abs_mean_deg", (0.0, 180.0)),
         ("track.mota", (-math.inf, 1.0)),
         ("track.hota", (0.0, 1.0)),
-        ("fit.best.position_abs_mean_m", (0.0, math.inf)),
-        ("fit.best.corner_across_mean_m", (-math.inf, math.inf)),
+        ("fit.position_abs_mean_m", (0.0, math.inf)),
+        ("fit.corner_across_mean_m", (-math.inf, math.inf)),
     ],
 )
 def test_ranges_are_those_of_the_quantities(name, expected):
@@ -112,10 +112,10 @@ def test_ranges_are_those_of_the_quantities(name, expected):
 def test_a_figure_of_vehicles_without_an_interval_says_why():
     """Two vehicles are too few; errors of 0 of many vehicles have no scale; a count never has an interval."""
     two, sheet = np.repeat([0, 1], 5), MetricSheet()
-    sheet.mean("fit.best.heading_abs_mean_deg", np.arange(10.0), "", two)
-    sheet.std("fit.best.heading_std_deg", np.arange(10.0), "", two)
-    sheet.mean("fit.best.regret_deg", np.zeros(10), "", np.repeat(np.arange(5), 2))
-    sheet.mean("fit.best.iou_mean", np.arange(10.0), "")
+    sheet.mean("fit.heading_abs_mean_deg", np.arange(10.0), "", two)
+    sheet.std("fit.heading_std_deg", np.arange(10.0), "", two)
+    sheet.mean("fit.regret_deg", np.zeros(10), "", np.repeat(np.arange(5), 2))
+    sheet.mean("fit.iou_mean", np.arange(10.0), "")
     assert [metric.why_no_interval for metric in sheet.metrics.values()] == [TOO_FEW, TOO_FEW, NO_ERROR, ""]
     assert [interval_of(metric) for metric in sheet.metrics.values()] == [TOO_FEW, TOO_FEW, NO_ERROR, ""]
 
@@ -160,12 +160,12 @@ def test_median_of_vehicles_with_one_value_each_is_near_that_of_order_statistics
 def test_sheet_has_intervals_for_values_with_vehicles_only():
     vehicle, values = observations(vehicles=6, each=5)
     sheet = MetricSheet()
-    sheet.mean("fit.best.heading_mean_deg", values, "", vehicle)
-    sheet.std("fit.best.heading_std_deg", values, "", vehicle)
-    sheet.mean("fit.best.iou_mean", values, "")
-    sheet.rate("outliers.mirror.recall", 1, 2, "")
+    sheet.mean("fit.heading_mean_deg", values, "", vehicle)
+    sheet.std("fit.heading_std_deg", values, "", vehicle)
+    sheet.mean("fit.iou_mean", values, "")
+    sheet.rate("outliers.recall{cause=mirror}", 1, 2, "")
     assert [m.interval is None for m in sheet.metrics.values()] == [False, False, True, True]
-    mean = sheet.metrics["fit.best.heading_mean_deg"]
+    mean = sheet.metrics["fit.heading_mean_deg"]
     assert mean.value == pytest.approx(values.mean())
     assert mean.interval[0] < mean.value < mean.interval[1]
 
@@ -174,7 +174,7 @@ def test_metrics_of_the_papers_tables_have_intervals_and_counts_do_not():
     scene = [[Body(k, 12.0 + 8 * k, 4.0 - 4 * k, speed=5.0) for k in range(3)]] * 4
     script = [[follow(body, x=body.x + 0.1 * (body.id + 1)) for body in bodies] for bodies in scene]
     metrics = grade_run(scene, Scripted(script))[0]
-    position = metrics["mma.mma.moving_target.x_abs_mean_m"]
+    position = metrics["mma.x_abs_mean_m{target=moving}"]
     assert position.value == pytest.approx(0.2)
     factor = math.exp(4.3027 * 0.1 / math.sqrt(3) / 0.2)
     assert position.interval == pytest.approx((0.2 / factor, 0.2 * factor), rel=1e-4)

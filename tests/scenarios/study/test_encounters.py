@@ -89,8 +89,8 @@ def test_emergence_equals_the_computation_by_hand(name):
 
 
 def test_a_child_is_seen_and_a_car_is_confirmed():
-    assert result("child").metrics["emergence.person.enough_points_reached"].value == 1.0
-    assert result("car").metrics["emergence.target.confirmed_reached"].value == 1.0
+    assert result("child").metrics["emergence.reached{stage=enough_points,group=person}"].value == 1.0
+    assert result("car").metrics["emergence.reached{stage=confirmed}"].value == 1.0
 
 
 @pytest.mark.parametrize(

@@ -94,7 +94,7 @@ key = "ego_mps"
 label = "speed"
 values = [8.0, 14.0]
 [[curve]]
-metric = "emergence.target.confirmed_meeting_m"
+metric = "emergence.meeting_m{stage=confirmed}"
 kind = "survival"
 by = "ego_mps"
 """
@@ -147,7 +147,7 @@ def test_the_figure_is_drawn_also_if_hardly_any_run_has_a_value(study, table, tm
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ('metric = "emergence.target.confirmed_range_m"', "has no survival curve; name one like"),
+        ('metric = "emergence.range_m{stage=confirmed}"', "has no survival curve; name one like"),
         ('metric = "track.hota"', "has no survival curve"),
         (f'metric = "{EMERGE}.located_s"\nagainst = "ego_mps"', "leave it out, the axis of a survival curve is its"),
         (f'metric = "{EMERGE}.located_s"\nkind = "curve"', "a curve needs against"),

@@ -92,7 +92,7 @@ def as_tracks(seen, ids):
 
 def test_a_plug_in_with_the_detector_is_graded_by_its_fits_and_its_tracks():
     own, shipped = short_run.run(factory=NearestBox).metrics, short_run.result().metrics
-    fits = "fit.best.heading_abs_mean_deg"
+    fits = "fit.heading_abs_mean_deg"
     assert own[fits].n == shipped[fits].n > 10
     assert own[fits].value == pytest.approx(shipped[fits].value, abs=1.0)
     assert own["track.hota"].value > 0.3

@@ -2,19 +2,17 @@
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from luxloop.scenarios.grading.metric_definition import Definition
-from luxloop.scenarios.grading.metric_names import GRADED, REGISTRY, TURNING
+from luxloop.scenarios.metrics.definition import MetricDefinition, Selection, restricted
+from luxloop.scenarios.metrics.definitions import ANY, find_metric
 from luxloop.sim.world import Kind
 
 PREFIX = "own."
 """Beginning of the names of own metrics in results, which no shipped metric has."""
-NOT_BY_ACTOR = ("outliers.", "dataset.frames", "emergence.target.", "sim.")
-"""Beginnings of the names of graded metrics that are not sums over actors."""
-
 KINDS = tuple(kind.name.lower() for kind in Kind)
 """Classes of actors."""
 
@@ -59,14 +57,19 @@ class OwnMetric(BaseModel):
         return [self.of_class] if isinstance(self.of_class, str) else self.of_class
 
     @property
-    def definition(self) -> Definition:
+    def selection(self) -> Selection:
+        """The shipped metric over the chosen actors."""
+        filters = {"class": "|".join(self.classes), "actor": "|".join(self.actors)}
+        return restricted(find_metric(self.of), {key: value for key, value in filters.items() if value})
+
+    @property
+    def definition(self) -> MetricDefinition:
         """Name, unit and meaning."""
         if self.function:
-            return Definition(self.name, self.unit or "1", self.meaning or f"value of {self.function}")
-        chosen = [f"actor {' or '.join(self.actors)}"] * bool(self.actors)
-        chosen += [f"class {' or '.join(self.classes)}"] * bool(self.classes)
-        meaning = self.meaning or f"{REGISTRY[self.of].meaning}; only {', '.join(chosen)}"
-        return Definition(self.name, REGISTRY[self.of].unit, meaning)
+            meaning = self.meaning or f"value of {self.function}"
+            return MetricDefinition(self.name, self.unit or "1", meaning, "own", better="", range=ANY)
+        chosen = self.selection
+        return replace(chosen.definition, name=self.name, meaning=self.meaning or chosen.meaning)
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -87,17 +90,22 @@ class OwnMetric(BaseModel):
             raise ValueError("actor and class belong to of; a function chooses the rows of its tables itself")
 
     def _check_filter(self) -> None:
-        if self.of not in (*GRADED, *TURNING) or self.of.startswith(NOT_BY_ACTOR):
-            raise ValueError(f'of = "{self.of}": no metric of actors; name one of the graded metrics, as track.hota')
         if not (self.actors or self.classes):
             raise ValueError(f"give actor or class, or use {self.of} itself")
+        try:
+            definition = find_metric(self.of).definition
+        except ValueError as error:
+            raise ValueError(f'of = "{self.of}": {error}') from error
+        for key in [*["actor"] * bool(self.actors), *["class"] * bool(self.classes)]:
+            if key not in definition.filters:
+                raise ValueError(f'of = "{self.of}": no metric of single actors; it cannot be restricted to a {key}')
         if unknown := [name for name in self.classes if name not in KINDS]:
             raise ValueError(f'class = "{unknown[0]}": no class of actors; name one of {", ".join(KINDS)}')
         if self.unit:
             raise ValueError(f'unit = "{self.unit}": leave it out, the unit is that of {self.of}')
 
 
-def definitions_of(metrics: Iterable[OwnMetric]) -> dict[str, Definition]:
+def definitions_of(metrics: Iterable[OwnMetric]) -> dict[str, MetricDefinition]:
     """Return the definitions by name.
 
     Raises
@@ -105,7 +113,7 @@ def definitions_of(metrics: Iterable[OwnMetric]) -> dict[str, Definition]:
     ValueError
         A name is defined twice.
     """
-    found: dict[str, Definition] = {}
+    found: dict[str, MetricDefinition] = {}
     for metric in metrics:
         if metric.name in found:
             raise ValueError(f"{metric.name} is defined twice; give each metric a name of its own")
