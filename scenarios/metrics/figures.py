@@ -146,6 +146,8 @@ def _why_none(selection: Selection, observations: Observations, rows: Bools) -> 
     of_kind = observations.why_none or definition.why_none
     if not len(observations):
         return of_kind
+    if rows.any() and definition.statistic == "rate":
+        return f"{definition.why_unknown}, with {selection.chosen}"
     if rows.any():
         return definition.why_unknown or definition.why_none or of_kind
     if selection.filters and not observations.chosen(selection.filters).any():

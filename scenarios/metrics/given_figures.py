@@ -29,7 +29,7 @@ def figure(selection: Selection, run: RunObservations) -> Metric:
     if key not in run.given:
         run.given[key] = kind(run, selection.filters)
     metric = run.given[key][Selection(selection.definition, selection.parameters).name]
-    if metric.value is None and selection.filters:
+    if metric.value is None and selection.filters and figure(replace(selection, filters={}), run).value is not None:
         return replace(metric, reason=f"{metric.reason}, with {selection.chosen}")
     return metric
 

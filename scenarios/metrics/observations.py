@@ -194,6 +194,13 @@ class RunObservations:
         return Observations(self._with_names(self.clear.vehicles), NO_VEHICLE, self._of_vehicle)
 
     @cached_property
+    def traced_vehicle(self) -> Observations:
+        """The observations of vehicles; none if the tracker gave no trace."""
+        if self.traced:
+            return self.vehicle
+        return Observations(self.vehicle.table[:0], NO_TRACE, self._of_vehicle)
+
+    @cached_property
     def confirmation(self) -> Observations:
         """A row per vehicle, that of its first graded frame, with the time until its first hit."""
         waits = confirmation_metrics.waits(self.clear)
@@ -279,7 +286,7 @@ class RunObservations:
             return np.asarray(table["largest_segment_share"].to_numpy() <= 0.5)
         if name == "boxed":
             straight = bend(angles_of(table)) <= np.radians(self.config.bent_deg)
-            return np.asarray(straight) & self.traced
+            return np.asarray(straight)
         return self._fitted(table) if name == "fitted" else None
 
     def _fitted(self, table: pd.DataFrame) -> Bools:
