@@ -28,7 +28,7 @@ Runs = Union[str, Path, "Result", Iterable[Union[str, Path, "Result"]]]
 STATED_LOSS = 0.02
 """`luxloop.scenarios.compare.comparison.STATED_LOSS`, whose import is slower than the help."""
 STEP_TIMEOUT_S = 60.0
-"""`luxloop.scenarios.run.time_limit.STEP_TIMEOUT_S`, likewise."""
+"""`luxloop.scenarios.run.containment.STEP_TIMEOUT_S`, likewise."""
 
 
 def run(

@@ -8,11 +8,16 @@ from typing import Any
 
 from luxloop.scenarios.check_tracker.check_drives import CheckDrive
 from luxloop.scenarios.check_tracker.checks import CHECKS, Findings
-from luxloop.scenarios.run.containment import call_restored, contained
+from luxloop.scenarios.run.containment import STEP_TIMEOUT_S, StepTimeoutError, Watch, call_restored, contained, watched
 from luxloop.scenarios.run.device import Device, DeviceFactory
-from luxloop.scenarios.run.output_checks import Fault, Faults, check_covariances, check_shapes, check_values
-from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, watched
-from luxloop.scenarios.run.trace_checks import check_trace
+from luxloop.scenarios.run.output_checks import (
+    Fault,
+    Faults,
+    check_covariances,
+    check_shapes,
+    check_trace,
+    check_values,
+)
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.tracker.records import Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan

@@ -10,8 +10,8 @@ from luxloop.scenarios.recordings.recording import Recording
 from luxloop.scenarios.recordings.recording_rules import rules_of
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device
+from luxloop.scenarios.run.containment import STEP_TIMEOUT_S
 from luxloop.scenarios.run.guard import guarded
-from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S
 
 
 def grade_recording(

@@ -11,11 +11,11 @@ from luxloop.scenarios.grading.track_metric_names import BANDED_NAMES, SEEN
 from luxloop.scenarios.recordings.recording import Recording
 from luxloop.scenarios.recordings.recording_rules import Rules
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run import car_ahead, progress, versions
+from luxloop.scenarios.run import progress, versions, warm_up
+from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
 from luxloop.scenarios.run.stopwatch import Stopwatch
-from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
@@ -61,7 +61,7 @@ def run_tracker(
         The recording is damaged; the tracker failed, took too long, or returned invalid tracks.
     """
     with guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
-        for _, scan in zip(range(car_ahead.FRAMES), recording.scans(), strict=False):
+        for _, scan in zip(range(warm_up.FRAMES), recording.scans(), strict=False):
             unused.checked(unused.step(scan), scan)
     with guarded(make_device, rules.tracker, step_timeout_s) as tracker:
         return grade_device(recording, tracker, rules, name, observe, timed=True)

@@ -1,4 +1,4 @@
-"""Errors of luxloop itself: the traceback, and a line that asks for a report.
+"""Error messages on standard error: one line, and a request to report a defect of luxloop itself.
 
 Imports are minimal, so that a damaged installation is reported as well.
 """
@@ -8,8 +8,34 @@ import sys
 import traceback
 from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING
 
-from luxloop.scenarios.commands.error_line import print_error
+if TYPE_CHECKING:
+    from luxloop.scenarios.result import Result
+
+
+LONGEST_LINE = 1000
+"""Characters. The list of all highway-env environments takes 600; longer lines keep their beginning and end."""
+
+
+def print_error(message: str, code: int) -> int:
+    """Print a message as one printable line on standard error, and return the exit code."""
+    line = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    if len(line) > LONGEST_LINE:
+        line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
+    print(f"luxloop: error: {line}", file=sys.stderr)
+    return code
+
+
+def print_early_end(result: "Result", kept: str) -> int:
+    """Print why a run ended early and what is kept of it, and return the exit code.
+
+    A reason with a remedy of its own names it after a semicolon.
+    """
+    has_remedy = result.simulator_failed or ";" in result.ended_early
+    remedy = "" if has_remedy else "; give the ego a longer route, or the run a shorter --duration"
+    return print_error(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)
+
 
 CODE = 70
 """`ExitCode.INTERNAL`, whose module imports more."""

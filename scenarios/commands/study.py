@@ -1,4 +1,4 @@
-"""`luxloop sweep`."""
+"""Commands that run studies: `luxloop sweep`, `search` and `thresholds`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,8 +16,8 @@ from luxloop.scenarios.commands.arguments import (
     Workers,
     worker_count,
 )
+from luxloop.scenarios.commands.error_messages import print_failed_runs
 from luxloop.scenarios.commands.extras import require
-from luxloop.scenarios.commands.internal_error import print_failed_runs
 from luxloop.scenarios.exit_codes import INTERNAL_ERROR
 
 if TYPE_CHECKING:
@@ -126,3 +126,82 @@ def _summary(done: "Sweep", out: Path) -> str:
     again = [f"{count} {reason}" for reason, count in shown["why"].items() if reason.startswith("run again")]
     lines = [f"{done.count} runs: {counts}.{earlier}", *again, *(f"error: {error}" for error in shown["errors"][:5])]
     return "\n".join([*lines, f"A row per run is in {shown['rows']}, curves in {shown['report']}"])
+
+
+def search(
+    study: StudyName,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; searches/STUDY if left out.")] = None,
+    tracker: Tracker = None,
+    retry_errors: RetryErrors = False,
+) -> None:
+    """Search for the smallest disturbance that breaks the tracker, and reduce it to a minimal scenario file.
+
+    Exit with 1 if one is found, with 70 if a run ended by a defect of luxloop. A second start reuses earlier runs.
+    """
+    require("search", "search")
+    from luxloop.scenarios.run.device import SHIPPED, absolute
+    from luxloop.scenarios.search.adversary import search as find_failure
+    from luxloop.scenarios.study.study_file import Study, find
+
+    path, count = find(study), worker_count(workers, scheduler)
+    out = out or Path("searches") / path.stem
+    device = absolute(tracker or SHIPPED)
+    defects: list[str] = []
+    found = find_failure(
+        Study.load(path), device, out, _print_now, count, scheduler, retry_errors=retry_errors,
+        report_defect=defects.append,
+    )  # fmt: skip
+    if found is not None:
+        print(f"{found.file} fails: {found.what}")
+        print(f"To run it: luxloop run {found.file}; to view it: luxloop view {found.result.out}")
+    raise typer.Exit(print_failed_runs(defects) if defects else int(found is not None))
+
+
+def _print_now(line: str) -> None:
+    print(line, flush=True)
+
+
+def thresholds(
+    study: StudyName,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; thresholds/STUDY if left out.")] = None,
+    tracker: Tracker = None,
+    retry_errors: RetryErrors = False,
+    figures: Figures = None,
+    as_json: AsJson = False,
+) -> None:
+    """Estimate the value of a parameter at which a share of runs keeps a metric, with few runs placed adaptively.
+
+    A second start reuses the runs of an earlier one.
+    """
+    require("thresholds", "sweeps")
+    import json
+
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.figure_files import parse_formats
+    from luxloop.scenarios.run.device import SHIPPED, absolute
+    from luxloop.scenarios.run.progress import hidden
+    from luxloop.scenarios.search import threshold_report
+    from luxloop.scenarios.search.thresholds import thresholds as estimate
+    from luxloop.scenarios.study.study_file import Study, find
+
+    formats = parse_formats(figures)
+    path, count = find(study), worker_count(workers, scheduler)
+    out, loaded = out or Path("thresholds") / path.stem, Study.load(path)
+    notify = (lambda _: None) if as_json else print
+    defects: list[str] = []
+    with hidden(as_json):
+        found = estimate(
+            loaded, absolute(tracker or SHIPPED), out, notify, count, scheduler, retry_errors=retry_errors,
+            report_defect=defects.append,
+        )  # fmt: skip
+    threshold_report.write(loaded, found, out, formats)
+    if as_json:
+        print(json.dumps({**threshold_report.document(loaded, found), "out": str(out)}, allow_nan=False))
+    else:
+        text.show(threshold_report.report(loaded, found))
+        print(f"Estimates, runs and figure are in {out}")
+    raise typer.Exit(print_failed_runs(defects) if defects else 0)
