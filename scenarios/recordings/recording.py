@@ -15,8 +15,7 @@ from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.dataset.dataset_columns import Values
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
-from luxloop.scenarios.offline.number_checks import require_distinct, require_numbers
-from luxloop.scenarios.offline.recorded_scans import FrameRows
+from luxloop.scenarios.offline.recorded_scans import FrameRows, require_distinct, require_numbers
 from luxloop.scenarios.recordings.import_options import EGO_SIZE_M
 from luxloop.scenarios.recordings.recorded_truth import actors_of, scan_truth, world_frame
 from luxloop.scenarios.recordings.recording_checks import require_summary

@@ -1,6 +1,8 @@
 """A tracker in its own process: any program that reads scans from standard input and writes tracks.
 
 It cannot reach the ground truth or the harness; it may crash, exit, print to standard error, or hang.
+
+Messages are little-endian columns, as in docs/other-trackers.md. Both sides begin with `GREETING`. A message is its length in bytes (uint32, not counted) and a body.
 """
 
 import os

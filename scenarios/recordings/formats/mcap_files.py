@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.exchange.file_formats import Role
 from luxloop.scenarios.recordings.formats.reading_errors import readable
 from luxloop.scenarios.recordings.formats.ros_messages import NANOSECONDS
 from luxloop.scenarios.recordings.formats.ros_topics import RosTopics
