@@ -4,7 +4,8 @@ nuScenes counts with py-motmetrics (Heindl 2017; Bernardin and Stiefelhagen 2008
 its last match, also after a gap, while they are closer than the limit. The others are assigned with as many pairs as
 possible and then the least sum of distances. A pair with another track than at the last match is an id switch.
 
-AMOTA and AMOTP are MOTA and MOTP averaged over thresholds of the score. For each of 40 recalls r from 0.1 to 1, tracks below the score at which r is reached are left out, and
+AMOTA and AMOTP are MOTA and MOTP averaged over thresholds of the score. For each of 40 recalls r from 0.1 to 1, tracks
+below the score at which r is reached are left out, and
 
     MOTAR = max(0, 1 - (IDS + FP + FN - (1 - r) P) / (r P)),    AMOTA = mean MOTAR,    AMOTP = mean MOTP,
 

@@ -2,7 +2,8 @@
 
 It cannot reach the ground truth or the harness; it may crash, exit, print to standard error, or hang.
 
-Messages are little-endian columns, as in docs/other-trackers.md. Both sides begin with `GREETING`. A message is its length in bytes (uint32, not counted) and a body.
+Messages are little-endian columns, as in docs/other-trackers.md. Both sides begin with `GREETING`. A message is its
+length in bytes (uint32, not counted) and a body.
 """
 
 import os

@@ -3,9 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from luxloop.scenarios.exchange.file_role import Role
-
-from luxloop.scenarios.exchange.file_formats import is_json
+from luxloop.scenarios.exchange.file_formats import Role, is_json
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
