@@ -182,16 +182,16 @@ def occlusions(
 
     from luxloop.scenarios.report import text
     from luxloop.scenarios.report.figure_files import parse_formats
-    from luxloop.scenarios.study import occlusion_report, occlusion_survival
+    from luxloop.scenarios.study import occlusion_survival
 
     formats = parse_formats(figures)
     found = occlusion_survival.regress(occlusion_survival.read(runs))
     if out:
-        occlusion_report.write(found, out, formats)
+        occlusion_survival.write(found, out, formats)
     if as_json:
-        print(json.dumps({**occlusion_report.document(found), "out": out and str(out)}, allow_nan=False))
+        print(json.dumps({**occlusion_survival.document(found), "out": out and str(out)}, allow_nan=False))
     else:
-        text.show(occlusion_report.report(found))
+        text.show(occlusion_survival.report(found))
         print(
             f"Table and figure are in {out}" if out else "Nothing was written; for the table and a figure, give --out"
         )

@@ -37,7 +37,7 @@ def new(
     """Write a scenario file for some traffic: choose ego and window, check them, and say why."""
     import json
 
-    from luxloop.scenarios.authoring.draft_options import DraftOptions
+    from luxloop.scenarios.authoring.draft import DraftOptions
     from luxloop.scenarios.authoring.new_scenario import write_scenario
     from luxloop.scenarios.run.progress import hidden
 
@@ -103,20 +103,20 @@ def realism(
     """Compare simulated vehicles with real ones, matched by range, aspect and end seen."""
     import json
 
-    from luxloop.scenarios.realism import data_set_reader, real_table, realism_comparison, realism_folder, realism_table
+    from luxloop.scenarios.realism import labelled_vehicle, real_table, realism_comparison, realism_table
     from luxloop.scenarios.report import text
 
     if out:
-        realism_folder.refuse_other_files(out)
+        realism_table.refuse_other_files(out)
     table, bands = real_table.read(real), real_table.read_bands(real_bands)
     vehicles = [
         vehicle
         for number, folder in enumerate(data_sets)
-        for vehicle in data_set_reader.read(folder, number, label_sigma_deg, seed)
+        for vehicle in labelled_vehicle.read(folder, number, label_sigma_deg, seed)
     ]
     comparison = realism_comparison.compare(table, bands, vehicles)
     if out:
-        realism_folder.write(comparison, out)
+        realism_table.write(comparison, out)
     if as_json:
         print(json.dumps(realism_table.document(comparison), allow_nan=False))
     else:

@@ -12,8 +12,7 @@ def check_tracker(
 ) -> None:
     """Check that a tracker keeps the interface contract, with real and degenerate scans."""
     from luxloop.scenarios.check_tracker.check_drives import drives
-    from luxloop.scenarios.check_tracker.findings_table import table
-    from luxloop.scenarios.check_tracker.sequence_checks import examine
+    from luxloop.scenarios.check_tracker.sequence_checks import examine, table
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import device
 
