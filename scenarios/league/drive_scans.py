@@ -13,7 +13,7 @@ from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.device import NoTracks
 from luxloop.scenarios.run.progress import hidden
-from luxloop.scenarios.study import source_code
+from luxloop.scenarios.study import run_content
 
 SCANS = "scans"
 CODE = ("sim", "sensor_model", "tracker", "scenarios/grading", "scenarios/league/trackers")
@@ -48,7 +48,7 @@ def code_digest(drive: Drive) -> str:
 
 @cache
 def _sources() -> str:
-    return source_code.of_folders(*CODE)
+    return run_content.of_folders(*CODE)
 
 
 def scans_digest(folder: Path) -> str:
