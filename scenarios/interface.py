@@ -97,7 +97,7 @@ def run(
         _start_worker(scenario)
     loaded = _loaded(scenario, seed, duration_s, settings)
     from luxloop.scenarios.execute import default_folder, execute
-    from luxloop.scenarios.oracle.device_choice import choose
+    from luxloop.scenarios.oracle.oracle_tracker import choose
     from luxloop.scenarios.run import loop
     from luxloop.scenarios.run.progress import hidden
 

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from luxloop.scenarios.arrays import Floats, Floats32
-from luxloop.scenarios.dataset import obstacle_table
+from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values
 from luxloop.scenarios.dataset.dataset_rows import records_of
 from luxloop.scenarios.errors import OutputError
@@ -78,7 +78,7 @@ class RecordedScans:
             Their file is damaged.
         """
         with _readable(self._folder):
-            return obstacle_table.read(self._folder)
+            return dataset_rows.read(self._folder)
 
     def __iter__(self) -> Iterator[tuple[WorldFrame, Scan, ScanTruth]]:
         with _readable(self._folder):

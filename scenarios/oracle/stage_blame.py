@@ -9,7 +9,7 @@ import pandas as pd
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
-from luxloop.scenarios.oracle.device_choice import OracleFactory
+from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import device, loop, progress

@@ -13,24 +13,103 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Bools, Floats
-from luxloop.scenarios.control.cruise import Decision
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.control.ego_driver import Decision
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.grading.articulated import parts
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.recording import blueprint
-from luxloop.scenarios.recording.archetypes import boxes, flat, rings, transform, walls
+from luxloop.scenarios.recording.archetypes import boxes, flat, rings, texts, transform, walls
 from luxloop.scenarios.recording.events import EventFinder
-from luxloop.scenarios.recording.plots import plot_values
-from luxloop.scenarios.recording.track_layer import TrackLayer
 from luxloop.sensor_model.truth import NO_ACTOR, Cause, ScanTruth
-from luxloop.sim.world import Actors, Ego, Obstacles, WorldFrame
-from luxloop.tracker.records import Boxes, StepTrace, Tracks
+from luxloop.sim.world import Actors, Ego, Mode, Obstacles, WorldFrame
+from luxloop.tracker.records import MODEL_NAMES, Boxes, Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 
 if TYPE_CHECKING:
     import rerun as rr
+
+
+def plot_values(actors: Actors, truth: ScanTruth, tracks: Tracks, grade: FrameGrade) -> dict[str, Floats]:
+    """Return the values of the lines of each plot in `blueprint.PLOTS`, by entity path."""
+    confirmed, coasting = tracks.status == Status.CONFIRMED, tracks.status == Status.COASTING
+    moving = actors.mode != Mode.STATIONARY
+    on_moving = confirmed & np.isin(grade.track_actor, actors.id[moving])
+    on_standing = confirmed & np.isin(grade.track_actor, actors.id[~moving])
+    fit_error, track_error = grade.box_heading_error, grade.track_heading_error[confirmed]
+    probability = by_model_name(tracks)
+    noise = truth.cause != Cause.CLEAN
+    return {
+        "plots/models_moving": _mean(probability[on_moving]),
+        "plots/models_standing": _mean(probability[on_standing]),
+        "plots/heading_error": np.array([_median_abs_deg(fit_error), _median_abs_deg(track_error)]),
+        "plots/counts": np.array([grade.graded.sum(), confirmed.sum(), coasting.sum()]),
+        "plots/points": np.array([len(noise), noise.sum()]),
+    }
+
+
+def by_model_name(tracks: Tracks) -> Floats:
+    """(T, len(MODEL_NAMES)) model probabilities; NaN for models that are not in the filter bank."""
+    probability = np.full((len(tracks), len(MODEL_NAMES)), np.nan)
+    probability[:, [MODEL_NAMES.index(model) for model in tracks.models]] = tracks.model_probability
+    return probability
+
+
+def _mean(rows: Floats) -> Floats:
+    """Return the mean row; NaN without rows, which leaves a gap in the plot."""
+    return rows.mean(axis=0) if len(rows) else np.full(rows.shape[1:], np.nan)
+
+
+def _median_abs_deg(angles: Floats) -> float:
+    angles = angles[np.isfinite(angles)]
+    return float(np.rad2deg(np.median(np.abs(angles)))) if len(angles) else np.nan
+
+
+class TrackLayer:
+    """Draws the tracks of each frame, and remembers their last positions for the trails."""
+
+    def __init__(self) -> None:
+        self._last_center_odom: dict[int, Floats] = {}
+
+    def archetypes(self, tracks: Tracks) -> "dict[str, rr.AsComponents]":
+        """Return what to log of one frame, by path below `world/odom`."""
+        import rerun as rr
+
+        confirmed, coasting = tracks.status == Status.CONFIRMED, tracks.status == Status.COASTING
+        hues = np.array(blueprint.CYCLE)[tracks.id % len(blueprint.CYCLE)]
+        colors = hues * np.where(confirmed, 1.0, blueprint.DIM)[:, None]
+        short_names = np.array([*(blueprint.SHORT_NAMES[model] for model in tracks.models), ""])  # the last: `NO_MODEL`
+        suffix = np.where(confirmed, short_names[tracks.model], np.where(coasting, "coasting", ""))
+        named = confirmed | coasting
+        rows = zip(tracks.id, suffix, named, strict=True)
+        labels = [f"{track} {text}".rstrip() if shown else "" for track, text, shown in rows]
+        center, yaw = tracks.center_odom, tracks.mean[:, 6]
+        line_ui = np.where(confirmed, 2.5, 1.0)
+        ahead = (0.5 * tracks.size[:, :1] + blueprint.NAME_GAP_M) * np.column_stack([np.cos(yaw), np.sin(yaw)])
+        velocities = rr.Arrows3D(
+            origins=flat(center),
+            vectors=flat(np.nan_to_num(tracks.mean[:, 2:4])),
+            colors=colors.astype(np.uint8),
+            radii=rr.Radius.ui_points(1.0),
+        )
+        return {
+            "tracks": boxes(np.column_stack([center, yaw]), flat(tracks.size), colors, line_ui=line_ui),
+            "tracks/names": texts(center + ahead, labels, colors),
+            "velocities": velocities,
+            "trails": self._trails(tracks.id, center, (blueprint.DIM * hues).astype(np.uint8)),
+        }
+
+    def _trails(self, track_id: Ints, center_odom: Floats, colors: npt.NDArray[np.uint8]) -> "rr.LineStrips3D":
+        """Return the last step of each trail; the view shows the steps of the last seconds together."""
+        import rerun as rr
+
+        current = dict(zip(track_id.tolist(), flat(center_odom), strict=True))
+        steps = [[self._last_center_odom.get(track, position), position] for track, position in current.items()]
+        self._last_center_odom = current
+        return rr.LineStrips3D(steps, colors=colors, radii=rr.Radius.ui_points(1.0))
+
 
 LEAST_FREE_BYTES = 4 * 2**20
 """Free space that a recording needs at least [bytes]; a short one has 0.3 MB."""

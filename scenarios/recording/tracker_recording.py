@@ -16,13 +16,50 @@ from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.recording import blueprint
 from luxloop.scenarios.recording.archetypes import Color, boxes, flat, texts
 from luxloop.scenarios.recording.recorded_points import chunks
-from luxloop.scenarios.recording.tracker_counts import FALSE, MISSED, log_counts
 from luxloop.scenarios.result import Result
 
 if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
     from rerun.chunk import Chunk
+
+
+MISSED, FALSE = "plots/missed", "plots/false"
+
+
+def log_counts(stream: "rr.RecordingStream", results: Mapping[str, Result], colors: list[Color]) -> None:
+    """Log how many graded vehicles each tracker misses, and how many false tracks it has."""
+    import rerun as rr
+
+    for path in (MISSED, FALSE):
+        stream.log(path, rr.SeriesLines(names=list(results), colors=colors, widths=1.5), static=True)
+    truth = next(iter(results.values())).tables["truth"]
+    times = truth.drop_duplicates("frame")[["frame", "time_s"]]
+    counts = {
+        MISSED: [_missed(result) for result in results.values()],
+        FALSE: [_false(result) for result in results.values()],
+    }
+    for frame, time_s in times.itertuples(index=False):
+        stream.set_time("frame", sequence=int(frame))
+        stream.set_time("sim_time", duration=float(time_s))
+        for path, of_trackers in counts.items():
+            stream.log(path, rr.Scalars([float(count.get(frame, 0)) for count in of_trackers]))
+
+
+def _missed(result: Result) -> dict[int, int]:
+    truth = result.tables["truth"]
+    return _per_frame(truth[truth["graded"] & (truth["track_id"] < 0)])
+
+
+def _false(result: Result) -> dict[int, int]:
+    tracks = result.tables["tracks"]
+    return _per_frame(tracks[tracks["verdict"] == "false"])
+
+
+def _per_frame(rows: pd.DataFrame) -> dict[int, int]:
+    count = rows.groupby("frame").size()
+    return dict(zip(count.index.tolist(), count.tolist(), strict=True))
+
 
 RECORDING = "recording.rrd"
 OF_ONE_TRACKER = ("/world/odom", "/world/ego/fits", "/plots", "/events", "/legend")

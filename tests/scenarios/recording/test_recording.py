@@ -12,8 +12,8 @@ import pytest
 from support import short_run
 from support.drive import DT, HIDDEN, IDS, START, Step, buildings, drive, turned
 
-from luxloop.scenarios.control.corridor import LeadVehicle
-from luxloop.scenarios.control.cruise import Decision
+from luxloop.scenarios.control.ego_driver import Decision
+from luxloop.scenarios.control.surroundings import LeadVehicle
 from luxloop.scenarios.recording import blueprint as look
 from luxloop.scenarios.recording.recorded_points import read_points
 from luxloop.scenarios.recording.recorder import INDEXED_FRAMES, Recorder

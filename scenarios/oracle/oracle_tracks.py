@@ -1,4 +1,6 @@
-"""Oracle for data association: a box updates a track of the actor that owns it, regardless of the gate.
+"""Oracles of the stages on tracks: association, confirmation and the choice of the motion model.
+
+Association: a box updates a track of the actor that owns it, regardless of the gate.
 
 A new actor gets a track. Where an actor is seen in pieces, the tracker's own association matches the pieces with the
 tracks of that actor, and its own merging makes one track of them. Tracks of different actors are neither merged nor
@@ -8,6 +10,18 @@ are matched with tracks without an actor by the tracker's own association.
 
 The gate also protects from misread boxes: a rear that is taken for a front moves a track by a car's length. The oracle
 does the same: it ignores a box outside the gate that would move the track away from its vehicle.
+
+Confirmation: a track on a vehicle is confirmed at once, every other track never.
+
+A track is on the owner of its last box that has one; a new track is on the owner of its first box. Coasting,
+termination and the limit on sizes are those of the tracker. A confirmed track keeps the points in its box together:
+one that covers two merged vehicles affects later segments.
+
+Model selection: a track selects the model of the true mode of motion of its vehicle.
+
+The other models get a negligible probability, so that mixing starts all filters from the model of the true mode. A
+track without an actor selects its model from its observations. The filters, their noise and the times of their
+corrections are those of the tracker.
 """
 
 from collections.abc import Iterator
@@ -15,14 +29,22 @@ from collections.abc import Iterator
 import numpy as np
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.oracle.oracle_context import OracleContext
+from luxloop.scenarios.grading.mma_metrics import MODE_OF
+from luxloop.scenarios.oracle.oracle_truth import OracleContext
+from luxloop.scenarios.oracle.stage import Stage
 from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker.merging import MergeConfig
+from luxloop.tracker.records import MODELS, Status
 from luxloop.tracker.tracking.association import PairScore
+from luxloop.tracker.tracking.filters import Step
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
-from luxloop.tracker.tracking.model_selection import ModelSelection
+from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, MmaConfig
+from luxloop.tracker.tracking.model_selection import ModelSelection, SelectedModel
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.track_management import DefaultTrackManagement
+from luxloop.tracker.tracking.track_config import TrackConfig
+from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 from luxloop.tracker.tracking.track_table import TrackTable
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 
 AWAY_M = 0.5
 """Limit on how far a correct box may move a track away from its vehicle [m]: corners are rounded, sizes are guessed."""
@@ -133,3 +155,100 @@ def hand_over_id(tracks: TrackTable, rows: Ints) -> None:
         first, heir = rows[tracks.id[rows].argmin()], living[tracks.hits[living].argmax()]
         if not tracks.alive[first]:
             tracks.id[[first, heir]] = tracks.id[[heir, first]]
+
+
+class OracleConfirmation(DefaultTrackManagement):
+    """The track management of the shipped tracker, with true confirmation if `stages` has it."""
+
+    def __init__(
+        self,
+        merging: MergeConfig,
+        track: TrackConfig,
+        stages: frozenset[Stage],
+        context: OracleContext,
+    ) -> None:
+        super().__init__(merging, track)
+        self._active = Stage.CONFIRMATION in stages
+        self._context = context
+
+    def settle(self, tracks: TrackTable) -> None:
+        """Update the status of every track; the truth confirms those that were seen."""
+        super().settle(tracks)
+        if self._active:
+            self._confirm(tracks, np.flatnonzero(tracks.seen), self._context.track_actor(tracks)[tracks.seen])
+
+    def start(
+        self,
+        tracks: TrackTable,
+        newcomers: Bools,
+        seen: Observations,
+        track_id: Ints,
+        flow: TrafficFlow,
+        selection: ModelSelection,
+    ) -> TrackTable:
+        """Start a track for each box of the mask `newcomers` (B,), see `DefaultTrackManagement.start`."""
+        joined = super().start(tracks, newcomers, seen, track_id, flow, selection)
+        if self._active:
+            self._confirm(joined, np.arange(len(tracks), len(joined)), self._context.box_actor[newcomers])
+        return joined
+
+    def _confirm(self, tracks: TrackTable, rows: Ints, actor: Ints) -> None:
+        """Set the status of the living ones of the tracks `rows` by the actors that they are on, of the same shape."""
+        on_vehicle = np.isin(actor, self._context.truth.vehicle_id)
+        status = np.where(on_vehicle, Status.CONFIRMED.value, Status.TENTATIVE.value)
+        tracks.status[rows] = np.where(tracks.alive[rows], status, tracks.status[rows])
+
+
+class OracleModelSelection(SelectedModel):
+    """Model selection by the true mode of motion of the vehicle that each track follows."""
+
+    def __init__(self, config: MmaConfig, context: OracleContext) -> None:
+        super().__init__(config)
+        self._context = context
+
+    def predict(self, tracks: TrackTable, step: Step, dt: float) -> None:
+        """Move on by one time step and select the true mode at its end."""
+        super().predict(tracks, step, dt)
+        self.select(tracks)
+
+    def correct(self, tracks: TrackTable, rows: Ints, innovation: Floats, noise: Floats) -> Floats:
+        """Correct the filters; the innovations do not change the selected model."""
+        used = super().correct(tracks, rows, innovation, noise)
+        self.select(tracks)
+        return used
+
+    def select(self, tracks: TrackTable) -> None:
+        """Select the true modes of the actors; tracks without an actor keep their probabilities."""
+        modes = self._context.truth.mode
+        for t, actor in enumerate(self._context.track_actor(tracks).tolist()):
+            if actor in modes:
+                tracks.probability[t] = certain(modes[actor], tracks.models)
+        self.summarise(tracks, np.arange(len(tracks)))
+
+
+class ActorRecorder:
+    """Track management that also records which actor each track follows."""
+
+    def __init__(self, management: TrackManagement, context: OracleContext) -> None:
+        self._management = management
+        self._context = context
+
+    def manage(
+        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+    ) -> TrackTable:
+        """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
+        managed = self._management.manage(tracks, seen, track_id, forward, selection)
+        self._context.add_tracks(track_id)
+        if isinstance(selection, OracleModelSelection):
+            selection.select(managed)
+        return managed
+
+
+def certain(mode: int, models: tuple[str, ...] = MODELS) -> Floats:
+    """(M,) model probabilities of a known mode, equal for all models of it; above 0 for their logarithms.
+
+    In a bank without a model of the mode all have the same probability.
+    """
+    describes = np.array([MODE_OF[model] == MODELS[mode] for model in models])
+    share = np.where(describes | ~describes.any(), 1.0, LEAST_PROBABILITY)
+    return np.asarray(share / share.sum())
