@@ -25,8 +25,8 @@ def view(
     ] = False,
 ) -> None:
     """Open a run's recording in the rerun viewer, at the worst frame of a failed expectation."""
-    from luxloop.scenarios.recording import viewer
     from luxloop.scenarios.report.html.reported_run import ReportedRun
+    from luxloop.scenarios.rerun_log import viewer
     from luxloop.scenarios.run import run_folder
 
     recording = run if run.suffix == ".rrd" and run.is_file() else run_folder.recording(run)
@@ -80,11 +80,11 @@ def _default_path(folders: list[Path]) -> Path:
 def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None:
     """Write the page of several trackers on one drive, with a recording if asked for, or else of all runs."""
     from luxloop.scenarios.errors import InputError
-    from luxloop.scenarios.recording import tracker_recording
     from luxloop.scenarios.report.html import pages
     from luxloop.scenarios.report.html.suite_page import find_runs, suite_page
     from luxloop.scenarios.report.html.tracker_runs import read_trackers, same_drive
     from luxloop.scenarios.report.html.trackers_page import trackers_page
+    from luxloop.scenarios.rerun_log import tracker_recording
 
     found = list(dict.fromkeys(run for folder in folders for run in find_runs(folder)))
     if len(folders) > 1 and same_drive(found):

@@ -16,12 +16,12 @@ from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, check
 from luxloop.scenarios.grading.frame_grade import FrameGrade
-from luxloop.scenarios.recording.recorder import NullRecorder, Recorder
 from luxloop.scenarios.recordings import track_page
 from luxloop.scenarios.recordings.graded_recording import Rules, run_tracker
 from luxloop.scenarios.recordings.recording import Recording
 from luxloop.scenarios.recordings.track_page import Drive, TrackRows
 from luxloop.scenarios.report import text
+from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.containment import STEP_TIMEOUT_S

@@ -16,7 +16,7 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
-from luxloop.scenarios.recording.recorder import NullRecorder, Recorder
+from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device, own_metrics, progress, termination, versions
 from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S

@@ -20,9 +20,9 @@ from luxloop.scenarios.control.ego_driver import Decision
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.grading.articulated import parts
 from luxloop.scenarios.grading.frame_grade import FrameGrade
-from luxloop.scenarios.recording import blueprint
-from luxloop.scenarios.recording.archetypes import boxes, flat, rings, texts, transform, walls
-from luxloop.scenarios.recording.events import EventFinder
+from luxloop.scenarios.rerun_log import blueprint
+from luxloop.scenarios.rerun_log.archetypes import boxes, flat, rings, texts, transform, walls
+from luxloop.scenarios.rerun_log.events import EventFinder
 from luxloop.sensor_model.truth import NO_ACTOR, Cause, ScanTruth
 from luxloop.sim.world import Actors, Ego, Mode, Obstacles, WorldFrame
 from luxloop.tracker.records import MODEL_NAMES, Boxes, Status, StepTrace, Tracks

@@ -14,9 +14,9 @@ from support.drive import DT, HIDDEN, IDS, START, Step, buildings, drive, turned
 
 from luxloop.scenarios.control.ego_driver import Decision
 from luxloop.scenarios.control.surroundings import LeadVehicle
-from luxloop.scenarios.recording import blueprint as look
-from luxloop.scenarios.recording.recorded_points import read_points
-from luxloop.scenarios.recording.recorder import INDEXED_FRAMES, Recorder
+from luxloop.scenarios.rerun_log import blueprint as look
+from luxloop.scenarios.rerun_log.recorded_points import read_points
+from luxloop.scenarios.rerun_log.recorder import INDEXED_FRAMES, Recorder
 from luxloop.sensor_model.truth import Cause
 from luxloop.sim.world import Kind, Obstacles
 
@@ -86,7 +86,7 @@ def has_index(path: Path) -> bool:
 
 @pytest.mark.parametrize("longest", [9, 10])
 def test_a_run_with_more_frames_than_indexed_has_no_index(longest, tmp_path, monkeypatch):
-    monkeypatch.setattr("luxloop.scenarios.recording.recorder.INDEXED_FRAMES", longest)
+    monkeypatch.setattr("luxloop.scenarios.rerun_log.recorder.INDEXED_FRAMES", longest)
     short_run.run(record_to=tmp_path / "run.rrd")
     assert has_index(tmp_path / "run.rrd") is (longest == 10)
 
@@ -307,7 +307,7 @@ def test_speeds_and_gap_of_a_controlled_ego_are_plotted(steps: list[Step], tmp_p
 def test_running_without_a_recording_does_not_import_rerun() -> None:
     # Fails without the lazy import: half a second for every `luxloop` command.
     code = (
-        "import sys; from luxloop.scenarios.recording.recorder import NullRecorder as N; N().close();"
+        "import sys; from luxloop.scenarios.rerun_log.recorder import NullRecorder as N; N().close();"
         "print('rerun' in sys.modules)"
     )
     ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

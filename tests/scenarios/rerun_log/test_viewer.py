@@ -15,7 +15,7 @@ from support import short_run
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.grading.worst_frames import worst_frames
-from luxloop.scenarios.recording import viewer
+from luxloop.scenarios.rerun_log import viewer
 
 START_S = 90.0
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.drive import Step, drive
 
-from luxloop.scenarios.recording.events import LOST_S, Event, EventFinder
+from luxloop.scenarios.rerun_log.events import LOST_S, Event, EventFinder
 from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.tracker.records import Status
 

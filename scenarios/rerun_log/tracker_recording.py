@@ -13,9 +13,9 @@ import pandas as pd
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.errors import InputError, OutputError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.recording import blueprint
-from luxloop.scenarios.recording.archetypes import Color, boxes, flat, texts
-from luxloop.scenarios.recording.recorded_points import chunks
+from luxloop.scenarios.rerun_log import blueprint
+from luxloop.scenarios.rerun_log.archetypes import Color, boxes, flat, texts
+from luxloop.scenarios.rerun_log.recorded_points import chunks
 from luxloop.scenarios.result import Result
 
 if TYPE_CHECKING:

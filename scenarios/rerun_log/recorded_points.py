@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.recording.blueprint import BACKGROUND
+from luxloop.scenarios.rerun_log.blueprint import BACKGROUND
 from luxloop.sensor_model.truth import Cause
 
 if TYPE_CHECKING:
