@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import finite
-from luxloop.scenarios.commands.extras import require_of
+from luxloop.scenarios.commands.arguments import finite, require_of
 
 if TYPE_CHECKING:
     from luxloop.scenarios.recordings.ego_mount import EgoMount

@@ -5,9 +5,8 @@ from typing import Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import AsJson, Quiet, RunFolder, finite
+from luxloop.scenarios.commands.arguments import AsJson, Quiet, RunFolder, finite, require, require_of
 from luxloop.scenarios.commands.egos import Begin, Routes, Window
-from luxloop.scenarios.commands.extras import require, require_of
 from luxloop.sim.candidates.want import Want
 
 

@@ -14,10 +14,10 @@ from luxloop.scenarios.commands.arguments import (
     StudyName,
     Tracker,
     Workers,
+    require,
     worker_count,
 )
 from luxloop.scenarios.commands.error_messages import print_failed_runs
-from luxloop.scenarios.commands.extras import require
 from luxloop.scenarios.exit_codes import INTERNAL_ERROR
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
 from luxloop.sim.world import Obstacles, WorldFrame
 from luxloop.tracker.scan import Scan
 
+REMEDY = "run the scenario again with --record-scans"
 ROWS_AT_ONCE = 1 << 17
 """Batch size of reading; a recording may be larger than memory."""
 
@@ -55,8 +56,8 @@ class RecordedScans:
         self._folder, self._units = run / run_folder.SCANS, units
         self._sweep_limits, self._unit_positions_ego = sweep_limits, unit_positions_ego
         if not self._folder.is_dir():
-            raise OutputError(f"{run}: has no recorded scans; run the scenario again with --record-scans")
-        with _readable(self._folder):
+            raise OutputError(f"{run}: has no recorded scans; {REMEDY}")
+        with readable(self._folder, REMEDY):
             scans = pq.read_table(self._folder / "scans.parquet", columns=["frame", "time_s"])
             self.time_s: Floats = scans["time_s"].cast(pa.float64()).to_numpy()
             """(F,) times of the frames [s]."""
@@ -77,14 +78,14 @@ class RecordedScans:
         OutputError
             Their file is damaged.
         """
-        with _readable(self._folder):
+        with readable(self._folder, REMEDY):
             return dataset_rows.read(self._folder)
 
     def __iter__(self) -> Iterator[tuple[WorldFrame, Scan, ScanTruth]]:
-        with _readable(self._folder):
+        with readable(self._folder, REMEDY):
             files = {name: FrameRows(self._folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
         for frame in range(len(self)):
-            with _readable(self._folder):
+            with readable(self._folder, REMEDY):
                 rows = {name: file.of(frame) for name, file in files.items()}
                 _require_plausible(rows)
             yield records_of(rows, self._units, self._sweep_limits, self._unit_positions_ego)
@@ -122,13 +123,13 @@ def _require_plausible(rows: dict[str, Values]) -> None:
 
 
 @contextmanager
-def _readable(folder: Path) -> Iterator[None]:
-    """Raise errors of missing or damaged files as an OutputError of one line."""
+def readable(folder: Path, remedy: str) -> Iterator[None]:
+    """Raise errors of missing or damaged files as an OutputError of one line that ends with the remedy."""
     try:
         yield
     except (OSError, pa.ArrowException, LookupError, ValueError, TypeError) as error:
         reason = " ".join(str(error).split())
-        raise OutputError(f"{folder}: cannot be read ({reason}); run the scenario again with --record-scans") from error
+        raise OutputError(f"{folder}: cannot be read ({reason}); {remedy}") from error
 
 
 LARGEST = {"time_s": 1e11, "length_m": 200.0, "width_m": 200.0, "height_m": 200.0}

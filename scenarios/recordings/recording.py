@@ -4,7 +4,6 @@ import json
 import math
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +16,14 @@ from luxloop.scenarios.dataset.dataset_columns import Values
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.grading.plane_geometry import turned
-from luxloop.scenarios.offline.recorded_scans import FrameRows, require_distinct, require_numbers
+from luxloop.scenarios.offline.recorded_scans import FrameRows, readable, require_distinct, require_numbers
 from luxloop.scenarios.recordings.import_options import EGO_SIZE_M
 from luxloop.scenarios.recordings.recording_writer import FILES, LABELS, SUMMARY, VERSION
 from luxloop.sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
 from luxloop.sim.world import Actors, Ego, WorldFrame
 from luxloop.tracker.scan import Scan
 
+REMEDY = "import the recording again"
 LARGEST_M = 1e3
 """Absolute value of the coordinates of a mount."""
 
@@ -171,7 +171,7 @@ class Recording:
         self.folder = folder
         if not is_recording(folder):
             raise OutputError(f"{folder}: holds no recording; give a folder that luxloop import wrote")
-        with _readable(folder):
+        with readable(folder, REMEDY):
             self.summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
             require_summary(self.summary)
             origins = [mount["origin_ego_m"] for mount in self.summary["mounts"]]
@@ -224,10 +224,10 @@ class Recording:
     def _rows(self) -> Iterator[tuple[Scan, Values]]:
         files = {name: columns for name, columns in FILES.items() if name != "labels" or self.has_truth}
         empty: Values = {column.name: column.values(pa.array([], column.type)) for column in LABELS}
-        with _readable(self.folder):
+        with readable(self.folder, REMEDY):
             tables = {name: FrameRows(self.folder / f"{name}.parquet", columns) for name, columns in files.items()}
         for frame in range(len(self)):
-            with _readable(self.folder):
+            with readable(self.folder, REMEDY):
                 rows = {name: table.of(frame) for name, table in tables.items()}
                 for values in rows.values():
                     require_numbers(values)
@@ -267,13 +267,3 @@ def is_recording(folder: Path) -> bool:
     except (OSError, ValueError):
         return False
     return isinstance(document, dict) and document.get("recording") == VERSION
-
-
-@contextmanager
-def _readable(folder: Path) -> Iterator[None]:
-    """Raise errors of missing or damaged files as an OutputError of one line."""
-    try:
-        yield
-    except (OSError, pa.ArrowException, LookupError, ValueError, TypeError) as error:
-        reason = " ".join(str(error).split())
-        raise OutputError(f"{folder}: cannot be read ({reason}); import the recording again") from error
