@@ -10,7 +10,7 @@ from support import busy_street, faulty_stages, short_run
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare.stage_costs import stage_costs
 from luxloop.scenarios.grading.metric_names import METRICS
-from luxloop.scenarios.oracle.device_choice import OracleFactory
+from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, StageCost, find_out
 from luxloop.scenarios.report import text as report
@@ -23,7 +23,10 @@ METRIC = {metric.name: metric for metric in BLAME_METRICS}
 
 FAULTS = {
     Stage.SEGMENTATION: (faulty_stages.CoarseSegmentation, ["segmentation.under_rate", "track.hota", "track.missed"]),
-    Stage.OUTLIERS: (faulty_stages.RemovingNothing, ["outliers.recall{cause=mirror}", "outliers.recall{cause=layer_overlap}"]),
+    Stage.OUTLIERS: (
+        faulty_stages.RemovingNothing,
+        ["outliers.recall{cause=mirror}", "outliers.recall{cause=layer_overlap}"],
+    ),
     Stage.FIT: (faulty_stages.BiasedFit, ["fit.heading_abs_mean_deg", "track.hota"]),
     Stage.ASSOCIATION: (faulty_stages.ScrambledAssociation, ["track.idf1", "track.hota", "track.false"]),
     Stage.MODEL: (faulty_stages.AlwaysAccelerating, ["mma.mode_accuracy"]),
