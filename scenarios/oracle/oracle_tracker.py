@@ -62,7 +62,7 @@ class OracleTracker:
         score = score or LikelihoodScore(config.association)
         models = models or model_selection(config.mma)
         management: TrackManagement
-        management = shipped = confirmation(config.union, track_config(config), replaced, context)
+        management = shipped = confirmation(config.merging, track_config(config), replaced, context)
         if Stage.ASSOCIATION in replaced:
             score, management = OracleScore(score, context), OracleTrackManagement(shipped, context)
         if Stage.MODEL in replaced:

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.report import text as report
 from luxloop.scenarios.run import device, loop
 from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker import merging
 from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
 from luxloop.tracker.tracker import TrackerConfig
@@ -57,8 +59,9 @@ def truly_fitted():
 @cache
 def without_feedback(stages):
     """Metrics of the busy street without any effect of tracks on detection."""
-    text = busy_street.TEXT + '[tracker.deskew]\nmotion = "ego"\n[tracker.union]\nshare_min = 2.0\n'
-    return short_run.run(text, OracleFactory(list(stages))).metrics
+    text = busy_street.TEXT + '[tracker.deskew]\nmotion = "ego"\n'
+    with patch.object(merging, "MEMBER_FRACTION_MIN", 2.0):  # more points than any segment has in a box
+        return short_run.run(text, OracleFactory(list(stages))).metrics
 
 
 def test_an_oracle_tracker_without_oracles_equals_the_shipped_tracker():

@@ -15,11 +15,15 @@ BINS = 512
 """Bins of bearing, 0.7 degrees each: a beam of a layer or two."""
 
 COVERED = 0.5
-"""Minimum share of a window's bins with a return: open sky says nothing."""
+"""Minimum fraction of a window's bins with a return: open sky says nothing."""
+
+UNIT_OFFSET_M = 2.5
+"""Maximum distance of a unit from the ego's centre [m], the margin for statements on the view of all units: half the
+length of a car."""
 
 
 @kernel()
-def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m: float) -> Bools:
+def free(places: Floats, returns: Floats, margin_m: float) -> Bools:
     """(C,) mask of places that all returns near their bearing lie behind.
 
     Parameters
@@ -27,26 +31,24 @@ def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m
     places
         (C, 2) relative to the ego's centre [m].
     returns
-        (N, 2) all points of a scan relative to the ego's centre [m]; those within `unit_offset_m` are ignored.
-    unit_offset_m
-        Maximum distance of a unit from the ego's centre [m].
+        (N, 2) all points of a scan relative to the ego's centre [m]; those within `UNIT_OFFSET_M` are ignored.
     margin_m
         Minimum distance of returns behind a place [m].
     """
-    nearest = profile(returns, unit_offset_m)
-    free = np.empty(len(places), np.bool_)
+    nearest = profile(returns)
+    passed = np.empty(len(places), np.bool_)
     for c in range(len(places)):
-        free[c] = is_free(places[c, 0], places[c, 1], nearest, unit_offset_m, margin_m)
-    return free
+        passed[c] = is_free(places[c, 0], places[c, 1], nearest, margin_m)
+    return passed
 
 
 @kernel()
-def is_free(x: float, y: float, nearest: Floats, unit_offset_m: float, margin_m: float) -> bool:
+def is_free(x: float, y: float, nearest: Floats, margin_m: float) -> bool:
     """Return True if the nearest returns (BINS,) of all bearings at which a unit may see a place are behind it."""
     range_m = math.hypot(x, y)
-    if range_m <= unit_offset_m:
+    if range_m <= UNIT_OFFSET_M:
         return False
-    half = math.asin(unit_offset_m / range_m)
+    half = math.asin(UNIT_OFFSET_M / range_m)
     bins = max(1, math.ceil(half / math.pi * BINS))
     first = math.floor((math.atan2(y, x) - half) / (2.0 * math.pi) * BINS)
     covered = 0
@@ -58,13 +60,13 @@ def is_free(x: float, y: float, nearest: Floats, unit_offset_m: float, margin_m:
 
 
 @kernel()
-def profile(returns: Floats, unit_offset_m: float) -> Floats:
+def profile(returns: Floats) -> Floats:
     """(BINS,) range of the nearest return by bearing [m], infinite without one."""
     nearest = np.full(BINS, np.inf)
     for i in range(len(returns)):
         x, y = returns[i, 0], returns[i, 1]
         range_m = math.hypot(x, y)
-        if range_m > unit_offset_m:
+        if range_m > UNIT_OFFSET_M:
             k = math.floor(math.atan2(y, x) / (2.0 * math.pi) * BINS) % BINS
             nearest[k] = min(nearest[k], range_m)
     return nearest
