@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import given_figures
 from luxloop.scenarios.grading.observations import Observations, RunObservations
 from luxloop.scenarios.metrics.definition import Selection
@@ -98,20 +99,44 @@ def figure(selection: Selection, run: RunObservations) -> Metric:
     return of_rows(selection, run.of_kind(definition.kind))
 
 
+class Counted(NamedTuple):
+    """Observations that a metric counts."""
+
+    row: Ints
+    """(n,) rows of its kind."""
+    value: Floats
+    """(n,)."""
+    weight: Floats
+    """(n,) denominators."""
+
+
+def counted(selection: Selection, observations: Observations) -> Counted:
+    """Return the observations of a kind that a metric counts: those of its rows and filters whose value is known."""
+    definition = selection.definition
+    rows = rows_of(selection, observations)
+    value = observations[selection.column(definition.value)][rows].astype(np.float64)
+    known = ~np.isnan(value) if definition.statistic in ORDERED else np.isfinite(value)
+    used = np.flatnonzero(rows)[known]
+    weight = observations[definition.weight][used].astype(np.float64) if definition.weight else np.ones(len(used))
+    return Counted(used, value[known], weight)
+
+
+def rows_of(selection: Selection, observations: Observations) -> Bools:
+    """(n,) mask of the observations of a kind that a metric is about, with known and unknown values."""
+    rows = observations.chosen(selection.filters)
+    if selection.definition.rows:
+        rows = rows & observations[selection.column(selection.definition.rows)].astype(np.bool_)
+    return rows
+
+
 def of_rows(selection: Selection, observations: Observations) -> Metric:
     """Return a metric computed over the rows of its kind."""
     definition = selection.definition
-    rows = observations.chosen(selection.filters)
-    if definition.rows:
-        rows = rows & observations[selection.column(definition.rows)].astype(np.bool_)
-    value = observations[selection.column(definition.value)][rows].astype(np.float64)
-    known = ~np.isnan(value) if definition.statistic in ORDERED else np.isfinite(value)
-    used, value = np.flatnonzero(rows)[known], value[known]
-    weight = observations[definition.weight][used].astype(np.float64) if definition.weight else np.ones(len(used))
+    used, value, weight = counted(selection, observations)
     n = int(weight.sum()) if definition.statistic == "rate" else len(used)
     number = _number(definition.statistic, value, weight) if n else None
     if number is None or not math.isfinite(number):
-        return Metric(None, definition.unit, n, _why_none(selection, observations, rows))
+        return Metric(None, definition.unit, n, _why_none(selection, observations, rows_of(selection, observations)))
     if not definition.interval:
         return Metric(number, definition.unit, n)
     vehicle = observations.vehicle[used]
@@ -123,7 +148,7 @@ def of_rows(selection: Selection, observations: Observations) -> Metric:
     return Metric(number, definition.unit, n, interval=interval, why_no_interval=why)
 
 
-ORDERED = ("median", "middle", "ninetieth")
+ORDERED = ("median", "order_median", "order_p90")
 """Statistics to which infinite values count."""
 
 
@@ -137,7 +162,7 @@ def _number(statistic: str, value: Floats, weight: Floats) -> float:
         return float(np.median(value))
     if statistic == "p90":
         return float(np.quantile(value, 0.9))
-    return float(np.quantile(value, 0.5 if statistic == "middle" else 0.9, method="inverted_cdf"))
+    return float(np.quantile(value, 0.5 if statistic == "order_median" else 0.9, method="inverted_cdf"))
 
 
 def _why_none(selection: Selection, observations: Observations, rows: Bools) -> str:

@@ -71,11 +71,11 @@ class Observations:
     why_none
         Reason of metrics without any row.
     make
-        Function that returns a column that the table does not have, or None.
+        Functions that return a column that the table does not have, or None; the first column is taken.
     """
 
     def __init__(
-        self, table: pd.DataFrame, why_none: str, make: "Callable[[Observations, str], Column | None] | None" = None
+        self, table: pd.DataFrame, why_none: str, *make: "Callable[[Observations, str], Column | None]"
     ) -> None:
         self.table = table
         self.why_none = why_none
@@ -89,11 +89,16 @@ class Observations:
     def __getitem__(self, name: str) -> Column:
         """Return a column (n,), or NaN if there is none of this name."""
         if name not in self._columns:
-            made = self._make(self, name) if self._make is not None and name not in self.table else None
-            if made is None:
-                made = self.table[name].to_numpy() if name in self.table else np.full(len(self), np.nan)
-            self._columns[name] = made
+            self._columns[name] = self._made(name)
         return self._columns[name]
+
+    def _made(self, name: str) -> Column:
+        if name in self.table:
+            return np.asarray(self.table[name])
+        for make in self._make:
+            if (made := make(self, name)) is not None:
+                return made
+        return np.full(len(self), np.nan)
 
     @cached_property
     def vehicle(self) -> Ints:
@@ -191,28 +196,28 @@ class RunObservations:
     @cached_property
     def vehicle(self) -> Observations:
         """A row per graded vehicle and frame."""
-        return Observations(self._with_names(self.clear.vehicles), NO_VEHICLE, self._of_vehicle)
+        return Observations(self.clear.vehicles, NO_VEHICLE, self._of_vehicle, self._of_actor)
 
     @cached_property
     def traced_vehicle(self) -> Observations:
         """The observations of vehicles; none if the tracker gave no trace."""
         if self.traced:
             return self.vehicle
-        return Observations(self.vehicle.table[:0], NO_TRACE, self._of_vehicle)
+        return Observations(self.vehicle.table[:0], NO_TRACE, self._of_vehicle, self._of_actor)
 
     @cached_property
     def confirmation(self) -> Observations:
         """A row per vehicle, that of its first graded frame, with the time until its first hit."""
         waits = confirmation_metrics.waits(self.clear)
         never = np.isinf(waits["wait_s"].to_numpy())
-        return Observations(self._with_names(waits.assign(never=never)), NO_VEHICLE)
+        return Observations(waits.assign(never=never), NO_VEHICLE, self._of_actor)
 
     @cached_property
     def fit(self) -> Observations:
         """A row per fitted rectangle of a graded vehicle."""
         fits = self.tables["fits"]
         fitted = fit_errors.with_regret(fits.loc[np.isfinite(fits["heading_error_deg"])])
-        return Observations(self._with_names(fitted), NO_SEGMENT if self.traced else NO_TRACE, _of_fit)
+        return Observations(fitted, NO_SEGMENT if self.traced else NO_TRACE, _of_fit, self._of_actor)
 
     @cached_property
     def track(self) -> Observations:
@@ -221,14 +226,14 @@ class RunObservations:
         errors = track_errors.measure(self.truth, self.tracks)
         table = judged.reset_index(drop=True)
         table = table.assign(**{name: errors[name].to_numpy() for name in errors})
-        return Observations(self._with_names(table), NO_PAIR, self._of_track)
+        return Observations(table, NO_PAIR, self._of_track, self._of_actor)
 
     @cached_property
     def segment(self) -> Observations:
         """A row per segment with points of a graded vehicle."""
         segments = self.tables["segments"]
         merged = segments["second_share"].to_numpy() >= self.config.part_share_min
-        return Observations(self._with_names(segments.assign(is_merged=merged)), self._no_trace)
+        return Observations(segments.assign(is_merged=merged), self._no_trace, self._of_actor)
 
     @cached_property
     def removal(self) -> Observations:
@@ -244,7 +249,7 @@ class RunObservations:
         columns = ["actor_id", *occlusion_metrics.Occlusion._fields]
         rows = pd.DataFrame([(actor, *one) for actor, one in found], columns=columns)
         short = rows["gap_s"].to_numpy(np.float64) <= SHORT_OCCLUSION_S
-        return Observations(self._with_names(rows.assign(short=short)), "")
+        return Observations(rows.assign(short=short), "", self._of_actor)
 
     @cached_property
     def switch(self) -> Observations:
@@ -253,22 +258,19 @@ class RunObservations:
         found = mode_metrics.switch_latencies(self.tracks[self.tracks["judged"] & known])
         rows = pd.DataFrame(found, columns=["actor_id", "latency_frames"])
         why = "" if known.all() else mode_metrics.NO_MODEL
-        return Observations(self._with_names(rows), why)
+        return Observations(rows, why, self._of_actor)
 
     @cached_property
     def _no_trace(self) -> str:
         return NO_VEHICLE if self.traced else NO_TRACE
 
-    def _with_names(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Return rows of vehicles with class and name of each."""
-        actors = self._actors.reindex(table["actor_id"])
-        return table.assign(**{"class": actors["kind"].to_numpy(), "actor": actors["name"].to_numpy()})
-
-    @cached_property
-    def _actors(self) -> pd.DataFrame:
-        """Class and name of each actor by its id."""
+    def _of_actor(self, rows: Observations, name: str) -> Column | None:
+        """(n,) class or name of the actor of each row."""
+        if name not in ("class", "actor"):
+            return None
         actors = self.truth[["actor_id", "kind", "name"]].drop_duplicates("actor_id").set_index("actor_id")
-        return actors.astype({"kind": object, "name": object})
+        column = actors["kind" if name == "class" else "name"].astype(object)
+        return np.asarray(column.reindex(rows["actor_id"]), object)
 
     def _of_vehicle(self, rows: Observations, name: str) -> Column | None:
         table = rows.table

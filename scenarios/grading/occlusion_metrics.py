@@ -28,7 +28,8 @@ class Occlusion(NamedTuple):
 def occlusions(truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig) -> Iterator[tuple[int, Occlusion]]:
     """Yield every occlusion with the id of its actor, from the tables `truth` and `tracks` of a run."""
     place = ["frame", "track_id", "x_world_m", "y_world_m"]
-    tracked = truth.merge(tracks[place], how="left", on=["frame", "track_id"], suffixes=("", "_track"))
+    columns = [*place, "actor_id", "time_s", "graded", "visible_fraction", "hits_alone"]
+    tracked = truth[columns].merge(tracks[place], how="left", on=["frame", "track_id"], suffixes=("", "_track"))
     for actor_id, vehicle in tracked.sort_values("frame", kind="stable").groupby("actor_id"):
         for occlusion in _of_vehicle(vehicle, config):
             yield int(actor_id), occlusion

@@ -9,7 +9,12 @@ from luxloop.tracker.records import MODELS
 
 OF_VEHICLE = ("range_m", "view", "kind", "yaw_world_rad", "length_m", "width_m", "yaw_rate_radps")
 OF_MOTION = ("vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2")
-"""Columns of the truth table that errors and bands need."""
+"""Columns of the truth table that errors and filters need."""
+OF_TRACK = (
+    *("frame", "time_s", "track_id", "actor_id", "range_m", "true_mode", "yaw_world_rad", "length_m", "width_m"),
+    *("heading_error_deg", "corner_along", "corner_across"),
+)
+"""Columns of the track table that errors need, beside those of the motion."""
 
 
 def measure(truth: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
@@ -30,7 +35,7 @@ def measure(truth: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
     truth, tracks
         Tables of a run.
     """
-    judged = tracks[tracks["judged"]]
+    judged = tracks.loc[tracks["judged"], [*OF_TRACK, *OF_MOTION]]
     columns = ["frame", "actor_id", *OF_VEHICLE, *OF_MOTION]
     pair = judged.merge(truth[columns], how="left", on=["frame", "actor_id"], suffixes=("", "_true"))
     velocity, acceleration = _corner_motion(pair)

@@ -13,13 +13,13 @@ from typing import Literal
 
 Better = Literal["more", "less", ""]
 """Direction of improvement; empty for descriptions of the data and for errors with a sign."""
-Statistic = Literal["mean", "std", "rate", "median", "middle", "p90", "ninetieth", "given"]
+Statistic = Literal["mean", "std", "rate", "median", "order_median", "p90", "order_p90", "given"]
 """How the values of the rows become a figure.
 
 `mean` is the sum of `value` over that of `weight`, `std` the deviation divided by n. `rate` is a mean whose
-observations are those of `weight`. `median` and `p90` interpolate; `middle` and `ninetieth` are order statistics, so
-that censored values, which are infinite, count. `given` figures are computed together for a whole kind, as HOTA and
-its parts.
+observations are those of `weight`. `median` and `p90` interpolate; `order_median` and `order_p90` are order
+statistics, so that censored values, which are infinite, count. `given` figures are computed together for a whole kind,
+as HOTA and its parts.
 """
 
 BANDS = ("range", "points", "time")

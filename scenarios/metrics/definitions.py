@@ -6,6 +6,7 @@ This module imports quickly, because scenario files are validated with it.
 import math
 from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
+from functools import cache
 from itertools import product
 from typing import Any
 
@@ -357,8 +358,8 @@ def _missed() -> Iterator[MetricDefinition]:
         )
     censored = "too many vehicles were never confirmed"
     waits: tuple[tuple[str, str, Statistic], ...] = (
-        ("time_to_confirm_s", "time from a vehicle's first graded frame to its first hit, median", "middle"),
-        ("time_to_confirm_p90_s", "the same, 90th percentile", "ninetieth"),
+        ("time_to_confirm_s", "time from a vehicle's first graded frame to its first hit, median", "order_median"),
+        ("time_to_confirm_p90_s", "the same, 90th percentile", "order_p90"),
     )
     for name, meaning, statistic in waits:
         yield MetricDefinition(
@@ -572,6 +573,7 @@ OF_LOOP = ("control", "performance")
 """Kinds of the metrics that the run loop measures; grading has all others."""
 
 
+@cache
 def find_metric(name: str) -> Selection:
     """Return the metric of a name with its parameters and filters.
 
@@ -600,8 +602,10 @@ def is_metric(name: str) -> bool:
     return True
 
 
-def standard_names() -> Iterator[str]:
-    """Yield the names of the figures that every result holds: each metric, with all values of required parameters."""
+@cache
+def standard_names() -> tuple[str, ...]:
+    """Return the names of the figures that every result holds: each metric, with all values of required parameters."""
+    names = []
     for definition in DEFINITIONS.values():
         required = {key: values[1:] for key, values in definition.parameters.items() if values[0] == REQUIRED}
         if "group" in definition.parameters:
@@ -610,4 +614,5 @@ def standard_names() -> Iterator[str]:
             if END in chosen and chosen[-1] in [*EMERGING][1:]:
                 continue  # only the target has an end of observation
             given = ",".join(f"{key}={value}" for key, value in zip(required, chosen, strict=True))
-            yield select(definition, given).name
+            names.append(select(definition, given).name)
+    return tuple(names)
