@@ -16,7 +16,8 @@ from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.recorded_scans import RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run import car_ahead, own_metrics, versions
+from luxloop.scenarios.run import car_ahead, own_metrics, progress, versions
+from luxloop.scenarios.run.compilation import compilation_reported
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
 from luxloop.scenarios.run.stopwatch import Stopwatch
@@ -86,7 +87,11 @@ class Regrader:
             The run has no scans; the tracker failed, took too long, or returned invalid tracks.
         """
         scans, config = self._run.scans(), self._run.scenario.tracker
-        with guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
+        with (
+            progress.start(self._run.result.scenario) as report,
+            compilation_reported(report),
+            guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
+        ):
             for _, (frame, scan, truth) in zip(range(car_ahead.FRAMES), scans, strict=False):
                 unused.show_truth(frame, truth)
                 unused.checked(unused.step(scan), scan)

@@ -12,6 +12,7 @@ from luxloop.scenarios.recordings.recording import Recording
 from luxloop.scenarios.recordings.recording_rules import Rules
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import car_ahead, progress, versions
+from luxloop.scenarios.run.compilation import compilation_reported
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
 from luxloop.scenarios.run.stopwatch import Stopwatch
@@ -60,7 +61,11 @@ def run_tracker(
     OutputError, ContractError
         The recording is damaged; the tracker failed, took too long, or returned invalid tracks.
     """
-    with guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
+    with (
+        progress.start(recording.name) as report,
+        compilation_reported(report),
+        guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
+    ):
         for _, scan in zip(range(car_ahead.FRAMES), recording.scans(), strict=False):
             unused.checked(unused.step(scan), scan)
     with guarded(make_device, rules.tracker, step_timeout_s) as tracker:
