@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -68,6 +68,17 @@ def _moments(source: ProcessSource[None, Moment], count: int) -> Iterator[Moment
 DEFAULT_RIG = RigChoice(name="srx_six_lux")
 
 
+@dataclass(frozen=True, slots=True)
+class SourceSurvey:
+    """Candidates for the ego in the traffic that a user names."""
+
+    candidates: Candidates
+    sensor_range_m: float
+    grading_range_m: float
+    left_out: list[str]
+    """A sentence about each file of the traffic that was not taken."""
+
+
 def sensor_range(rig: RigChoice = DEFAULT_RIG, folder: Path = Path()) -> float:
     """Return the longest range of the LIDARs of a rig [m].
 
@@ -81,8 +92,8 @@ def sensor_range(rig: RigChoice = DEFAULT_RIG, folder: Path = Path()) -> float:
 
 def survey_source(
     source: str, routes: Sequence[Path], begin_s: float | None, window_s: float, seed: int | None
-) -> tuple[Candidates, tuple[float, float]]:
-    """Return the candidates for the ego, and sensor range and range of grading [m].
+) -> SourceSurvey:
+    """Survey the traffic of a source.
 
     Parameters
     ----------
@@ -110,11 +121,11 @@ def survey_source(
         scenario = Scenario.load(shipped.find(source))
         traffic, folder, name = scenario.traffic, scenario.folder, scenario.name
         ranges = sensor_range(scenario.rig, folder), scenario.grading.range_max_m
-        seed = scenario.seed if seed is None else seed
+        seed, left_out = scenario.seed if seed is None else seed, []
     else:
         found = read_input(source, routes)
         traffic, folder, name = found.traffic, found.folder, found.name
-        ranges = sensor_range(), GradingConfig().range_max_m
+        ranges, left_out = (sensor_range(), GradingConfig().range_max_m), found.said_of_left_out()
     if is_unknown(traffic):
         close = get_close_matches(source, [*shipped.paths(), *environments()], n=3, cutoff=0.4)
         hint = f"did you mean {', '.join(close)}?" if close else "luxloop list has the scenarios"
@@ -126,4 +137,5 @@ def survey_source(
         )
     if begin_s is not None:
         traffic = replace(traffic, begin_s=begin_s)
-    return survey(traffic, folder, DEFAULT_SEED if seed is None else seed, window_s, *ranges), ranges
+    candidates = survey(traffic, folder, DEFAULT_SEED if seed is None else seed, window_s, *ranges)
+    return SourceSurvey(candidates, *ranges, left_out)

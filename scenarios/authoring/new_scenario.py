@@ -283,9 +283,8 @@ def _drafts(source: str, routes: Sequence[Path], options: DraftOptions) -> Itera
     given = read_input(source, routes)
     match given.traffic:
         case SumoTraffic() as traffic:
-            left_out = [f"Left out: {name}." for name in given.left_out]
             for draft in sumo_drafts(given, traffic, options):
-                yield replace(draft, choices=[*draft.choices, *left_out])
+                yield replace(draft, choices=[*draft.choices, *given.said_of_left_out()])
         case HighwayTraffic() as traffic:
             yield from highway_drafts(traffic.env, options)
         case traffic:

@@ -130,6 +130,10 @@ class TrafficInput:
     left_out: tuple[str, ...] = ()
     """Files beside a net that were not taken, with the reason."""
 
+    def said_of_left_out(self) -> list[str]:
+        """Return a sentence about each file that was not taken."""
+        return [f"Left out: {name}." for name in self.left_out]
+
 
 def read_input(source: str, routes: Sequence[Path] = ()) -> TrafficInput:
     """Return the traffic that a path or a name stands for.

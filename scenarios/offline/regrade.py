@@ -17,12 +17,13 @@ from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.recorded_scans import RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run import own_metrics, versions, warm_up
+from luxloop.scenarios.run import own_metrics, progress, versions, warm_up
 from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
 from luxloop.scenarios.run.stopwatch import Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
+from luxloop.scenarios.run.warm_up import compilation_reported
 
 SIMULATORS = ("libsumo", "highway-env")
 """Packages whose versions are those of the original run."""
@@ -87,7 +88,11 @@ class Regrader:
             The run has no scans; the tracker failed, took too long, or returned invalid tracks.
         """
         scans, config = self._run.scans(), self._run.scenario.tracker
-        with guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
+        with (
+            progress.start(self._run.result.scenario) as report,
+            compilation_reported(report),
+            guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
+        ):
             for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
                 unused.show_truth(frame, truth)
                 unused.checked(unused.step(scan), scan)

@@ -26,6 +26,7 @@ from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
 from luxloop.scenarios.run.stopwatch import Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
+from luxloop.scenarios.run.warm_up import compilation_reported
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
@@ -111,7 +112,11 @@ def run_tracker(
     OutputError, ContractError
         The recording is damaged; the tracker failed, took too long, or returned invalid tracks.
     """
-    with guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
+    with (
+        progress.start(recording.name) as report,
+        compilation_reported(report),
+        guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
+    ):
         for _, scan in zip(range(warm_up.FRAMES), recording.scans(), strict=False):
             unused.checked(unused.step(scan), scan)
     with guarded(make_device, rules.tracker, step_timeout_s) as tracker:

@@ -13,9 +13,11 @@ from rich.table import Table
 from rich.text import Text
 
 from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.files.expect import Check
 from luxloop.scenarios.grading.plane_geometry import CORNER_SIGNS, corner, turned
 from luxloop.scenarios.recordings.recording import Recording
-from luxloop.scenarios.report import track_tables
+from luxloop.scenarios.report import tables, text, track_tables
+from luxloop.scenarios.report.cells import NONE, counted
 from luxloop.scenarios.report.html.page_tables import page_table
 from luxloop.scenarios.report.html.pages import render
 from luxloop.scenarios.report.html.palette import FAINT, INK, MUTED, TEXT_SERIES
@@ -243,25 +245,24 @@ def page(recording: Recording, result: Result, drive: Drive, tracks: pd.DataFram
     )
 
 
-def printed(recording: Recording, result: Result, tracks: pd.DataFrame) -> RenderableType:
-    """Return the report for the terminal."""
+def printed(recording: Recording, result: Result, checks: list[Check], tracks: pd.DataFrame) -> RenderableType:
+    """Return the report as text, with the verdict last if there are expectations."""
     head = Text.assemble((recording.name, "bold"), f": {result.config['description']}\n")
     for title, value in headlines(result, tracks).items():
         head.append(f"{title} {value}; ")
     graded = track_tables.tracking(result) if recording.has_truth else []
-    return Group(head, track_table(tracks), *graded)
+    judged: list[RenderableType] = [tables.expectations(checks), text.conclusion(result, checks)] if checks else []
+    return Group(head, track_table(tracks), *graded, *judged)
 
 
 def headlines(result: Result, tracks: pd.DataFrame) -> dict[str, str]:
     """Return the main numbers, as text by name."""
-    found = lives(tracks)
-    life = f"{found['life_s'].median():.1f} s" if len(found) else "-"
-    per_scan = np.bincount(tracks.loc[tracks["status"] == "confirmed", "frame"], minlength=result.frames).mean()
+    confirmed, life, per_scan = _track_numbers(result, tracks)
     shown = {
         "scans": str(result.frames),
-        "confirmed tracks": str(len(found)),
+        "confirmed tracks": str(confirmed),
         "median life": life,
-        "tracks per scan": f"{per_scan:.1f}",
+        "tracks per scan": per_scan,
     }
     hota, speed = (result.metrics[name].value for name in ("track.hota", "track.speed_abs_mean_mps"))
     if hota is not None:
@@ -269,6 +270,20 @@ def headlines(result: Result, tracks: pd.DataFrame) -> dict[str, str]:
     if speed is not None:
         shown["speed error"] = f"{speed:.2f} m/s"
     return shown
+
+
+def facts(result: Result, tracks: pd.DataFrame) -> list[str]:
+    """Return the numbers about all tracks, which need no truth."""
+    confirmed, life, per_scan = _track_numbers(result, tracks)
+    return [counted(confirmed, "confirmed track"), f"median life {life}", f"{per_scan} tracks per scan"]
+
+
+def _track_numbers(result: Result, tracks: pd.DataFrame) -> tuple[int, str, str]:
+    """Return the number of confirmed tracks, their median life, and their mean number per scan."""
+    found = lives(tracks)
+    life = f"{found['life_s'].median():.1f} s" if len(found) else NONE
+    per_scan = np.bincount(tracks.loc[tracks["status"] == "confirmed", "frame"], minlength=result.frames).mean()
+    return len(found), life, f"{per_scan:.1f}"
 
 
 def track_table(tracks: pd.DataFrame) -> Table:

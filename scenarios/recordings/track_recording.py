@@ -42,6 +42,8 @@ class Tracked:
 
     result: Result
     checks: list[Check]
+    facts: list[str]
+    """Numbers of tracks, and how long they live."""
     report: RenderableType
     """The printed report."""
 
@@ -93,7 +95,7 @@ def track_recording(
             recorder.finish()
         checks = check(result.metrics, rules.expect, result.config["device"])
         tracks = rows.table()
-        report = track_page.printed(recording, result, tracks)
+        report = track_page.printed(recording, result, checks, tracks)
         try:
             track_page.write(folder / TRACKS, tracks)
             page = track_page.page(recording, result, drive, tracks, out)
@@ -101,7 +103,7 @@ def track_recording(
         except OSError as error:
             raise atomic_folder.cannot_write(out, OPTION, error) from error
         run_folder.write(folder, result, checks, text.as_text(report))
-    return Tracked(result, checks, report)
+    return Tracked(result, checks, track_page.facts(result, tracks), report)
 
 
 def _refuse_other_files(out: Path) -> None:

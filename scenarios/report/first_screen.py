@@ -53,13 +53,14 @@ PERCENT = ("track.missed_share", "track.false_share")
 Screen = list[Text]
 
 
-def commands_of(out: Path, *, recorded: bool) -> dict[str, str]:
-    """Return the next commands for a run folder, with what each shows."""
+def commands_of(out: Path, *, recorded: bool, page: Path | None = None) -> dict[str, str]:
+    """Return the next commands for a run folder, with what each shows; a `page` that is written already is named."""
     folder = shlex.quote(str(out))
-    page = {f"luxloop report {folder}": "a page with pictures and all results"}
+    to_page = shlex.quote(str(page)) if page else f"luxloop report {folder}"
+    pages = {to_page: "a page with pictures and all results"}
     if recorded:
-        return {f"luxloop view {folder}": "the recording, at the worst frame", **page}
-    return {**page, f"cat {shlex.quote(str(out / run_folder.REPORT))}": "the full report as text"}
+        return {f"luxloop view {folder}": "the recording, at the worst frame", **pages}
+    return {**pages, f"cat {shlex.quote(str(out / run_folder.REPORT))}": "the full report as text"}
 
 
 def show_folder(result: Result, checks: Sequence[Check], out: Path, *, recorded: bool) -> None:
@@ -67,7 +68,9 @@ def show_folder(result: Result, checks: Sequence[Check], out: Path, *, recorded:
     show(result, checks, commands_of(out, recorded=recorded), str(out / run_folder.REPORT))
 
 
-def show(result: Result, checks: Sequence[Check], commands: Mapping[str, str], rest: str) -> None:
+def show(
+    result: Result, checks: Sequence[Check], commands: Mapping[str, str], rest: str, facts: Sequence[str] = ()
+) -> None:
     """Print the screen on standard output.
 
     Parameters
@@ -76,9 +79,11 @@ def show(result: Result, checks: Sequence[Check], commands: Mapping[str, str], r
         Next commands, with what each shows.
     rest
         Where the limits that do not fit are listed, e.g. the path of the full report.
+    facts
+        Facts that no metric has, for a line below the verdict.
     """
     console = Console(markup=False, emoji=False, highlight=False)
-    print_lines(screen(result, checks, commands, rest, console.width), console)
+    print_lines(screen(result, checks, commands, rest, console.width, facts), console)
 
 
 def print_lines(lines: Screen, console: Console) -> None:
@@ -87,13 +92,20 @@ def print_lines(lines: Screen, console: Console) -> None:
         console.print(line, soft_wrap=True)
 
 
-def screen(result: Result, checks: Sequence[Check], commands: Mapping[str, str], rest: str, columns: int) -> Screen:
+def screen(
+    result: Result,
+    checks: Sequence[Check],
+    commands: Mapping[str, str],
+    rest: str,
+    columns: int,
+    facts: Sequence[str] = (),
+) -> Screen:
     """Return at most `LINES` lines of at most this number of columns; only commands and paths may be longer.
 
     Other parameters are those of `show`.
     """
     columns = max(columns, NARROWEST)
-    first = [*_head(result, checks), *_warning(result, columns)]
+    first = [*_head(result, checks, facts), *_warning(result, columns)]
     last = [
         figures(result.metrics, columns),
         _worst_frame(result, checks, columns),
@@ -185,15 +197,17 @@ def next_commands(commands: Mapping[str, str], columns: int) -> Screen:
     return lines
 
 
-def _head(result: Result, checks: Sequence[Check]) -> Screen:
-    """Return the verdict, and the size of the run."""
+def _head(result: Result, checks: Sequence[Check], facts: Sequence[str]) -> Screen:
+    """Return the verdict, the size of the run, and facts."""
     outcome = verdict(checks, result.complete)
-    name = f"{result.scenario}, seed {result.seed}"
-    said = [counted(result.frames, "frame"), counted(round(result.metrics["dataset.vehicles"].value or 0), "vehicle")]
-    time = result.metrics["perf.tracker_ms_p50"]
+    name = result.scenario if "recording" in result.config else f"{result.scenario}, seed {result.seed}"
+    said = [counted(result.frames, "frame")]
+    vehicles, time = (result.metrics[metric] for metric in ("dataset.vehicles", "perf.tracker_ms_p50"))
+    said += [] if vehicles.value is None else [counted(round(vehicles.value), "vehicle")]
     said += [] if time.value is None else [f"tracker {value_of(time, 0)} ms a frame"]
     said += [] if result.config["device"] == SHIPPED else [f"device {result.config['device']}"]
-    return [headline(name, outcome, COLORS[outcome], statement(checks, result)), Text(", ".join(said), "dim")]
+    lines = [", ".join(line) for line in (said, facts) if line]
+    return [headline(name, outcome, COLORS[outcome], statement(checks, result)), *(Text(line, "dim") for line in lines)]
 
 
 def _warning(result: Result, columns: int) -> Screen:

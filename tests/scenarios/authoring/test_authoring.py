@@ -11,7 +11,7 @@ from support.paths import CATALOG, NETS
 
 from luxloop.scenarios.authoring.draft_sources import TypeGuesses
 from luxloop.scenarios.authoring.new_scenario import scenario_text
-from luxloop.scenarios.authoring.traffic_input import files_beside
+from luxloop.scenarios.authoring.traffic_input import files_beside, read_input
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.files.scenario import Scenario
 
@@ -376,6 +376,21 @@ def test_egos_lists_trams_only_if_asked(tmp_path, capfd):
     assert 'ego = "vehicle:car"' in printed
     assert main(["egos", source, "--window", "10", "--any-class"]) == 0
     assert "tram" in capfd.readouterr().out
+
+
+def test_egos_names_the_trips_beside_routes_of_the_same_vehicles(tmp_path, capfd):
+    shutil.copy(CROSSING / "crossing.net.xml", tmp_path)
+    (tmp_path / "trips.trips.xml").write_text('<routes><trip id="0" depart="0" from="west_in" to="east_out"/></routes>')
+    routed = '<vehicle id="0" depart="0"><route edges="west_in east_out"/></vehicle>'
+    (tmp_path / "routes.rou.xml").write_text(f"<routes>{routed}</routes>")
+    line = "Left out: trips.trips.xml: its vehicles have the same ids as those of routes.rou.xml."
+    assert read_input(str(tmp_path)).said_of_left_out() == [line]  # among the choices of luxloop new
+    assert main(["egos", str(tmp_path), "--window", "10"]) == 0
+    assert f"1 vehicle entered.\n{line}\n" in capfd.readouterr().out
+    assert main(["egos", str(tmp_path), "--window", "10", "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)["left_out"] == [line]
+    assert main(["egos", str(tmp_path), "--routes", str(tmp_path / "trips.trips.xml"), "--window", "10", "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)["left_out"] == []
 
 
 # ---- best in a run

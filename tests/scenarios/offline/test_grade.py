@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from support import short_run
+from support import compiling_tracker, short_run
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.grading.frame_tables import ADDED
@@ -21,7 +21,7 @@ from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.html.reported_run import ReportedRun
-from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run import progress, run_folder
 from luxloop.tracker.records import Status
 from luxloop.tracker.tracker import Tracker
 
@@ -151,6 +151,13 @@ def test_limits_per_frame_need_recorded_scans(capfd):
     assert "grading.range_max_m = 10: the tables of run were made with 50; grade its recorded scans" in error
     near = grade(capfd, "--scenario", "near.toml", "--tracker", SHIPPED, code=1)
     assert near["metrics"]["dataset.observations"]["value"] < written()["metrics"]["dataset.observations"]["value"]
+
+
+@in_run_folder
+def test_a_log_names_the_compilation_of_the_kernels_of_a_tracker(monkeypatch, capfd):
+    monkeypatch.setattr(progress, "SILENCE_S", 0.01)
+    assert main(["grade", "run", "--tracker", compiling_tracker.SPEC]) == 0
+    assert capfd.readouterr().err == "luxloop: short: compiling numba kernels, up to two minutes, only once\n"
 
 
 def test_the_report_equals_that_of_the_run(run, capfd):

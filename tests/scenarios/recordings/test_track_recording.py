@@ -7,14 +7,28 @@ import numpy as np
 import pandas as pd
 import pytest
 from support import recorded_drive as drive
+from support.compiling_tracker import SPEC
 
 from luxloop.scenarios.cli import main
+from luxloop.scenarios.run import progress
 
 MINE = """
 from luxloop.tracker.tracker import Tracker
 
 class Mine(Tracker):
     pass
+"""
+
+
+RULES = """
+description = "limits of a recording"
+duration_s = 1.0
+[traffic]
+kind = "highway-env"
+env = "highway-v0"
+[expect]
+"track.hota" = { min = 0.3 }
+"track.missed" = { max = 0, need = "no vehicle is missed" }
 """
 
 
@@ -46,6 +60,44 @@ def test_the_folder_holds_tracks_report_and_recording(tracked):
     page = (tracked / "report.html").read_text()
     assert "Lives and speeds" in page
     assert "<svg" in page
+
+
+def test_the_first_screen_is_printed_and_the_whole_report_with_full(recording, tmp_path, capsys):
+    out = tmp_path / "tracks"
+    assert main(["track", str(recording), "--out", str(out)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 20
+    assert lines[0] == "NO LIMITS  recorded: nothing in [expect] to pass or fail"
+    assert lines[1].startswith(f"{drive.SCANS} frames, 1 vehicle, tracker ")
+    assert lines[2].startswith("1 confirmed track, median life 2.7 s, ")
+    assert lines[4].startswith("Main figures")
+    commands = [line.partition("   ")[0].strip() for line in lines[-2:]]
+    assert commands == [f"luxloop view {out}", str(out / "report.html")]
+    assert main(["track", str(recording), "--out", str(out), "--full"]) == 0
+    whole = capsys.readouterr().out
+    assert whole.startswith((out / "report.txt").read_text())
+    assert whole.endswith(f"Results are in {out}; the report is {out / 'report.html'}; to view: luxloop view {out}\n")
+
+
+def test_a_limit_that_fails_is_on_the_first_screen_and_in_the_report(recording, tmp_path, capsys):
+    (tmp_path / "rules.toml").write_text(RULES)
+    arguments = ["--scenario", str(tmp_path / "rules.toml"), "--out", str(tmp_path / "out"), "--no-recording"]
+    assert main(["track", str(recording), *arguments]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= 20
+    assert lines[0] == "FAILED  recorded: 1 of 2 expectations hold, 1 failed"
+    failing = lines[lines.index("1 limit does not hold") + 1]
+    assert failing.split()[:4] == ["track.missed", "2", ">", "0"]
+    report = (tmp_path / "out" / "report.txt").read_text()
+    assert "no vehicle is missed" in report
+    assert report.rstrip().endswith("FAILED: 1 of 2 expectations hold")
+
+
+@pytest.mark.parametrize("command", ["track", "grade"])
+def test_a_log_names_the_compilation_of_kernels(command, recording, tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr(progress, "SILENCE_S", 0.01)
+    assert main([command, str(recording), "--tracker", SPEC, "--out", str(tmp_path / "out"), "--json"]) == 0
+    assert capfd.readouterr().err == "luxloop: recorded: compiling numba kernels, up to two minutes, only once\n"
 
 
 def test_the_car_has_one_track_at_its_speed_and_place(tracked):
