@@ -58,7 +58,7 @@ class GradedFits:
         TracksError
             A file is not valid, or they do not belong together.
         """
-        rectangles, method = read(fits)
+        rectangles, method = read_fits(fits)
         pairs = _paired(read(truth, "truth", truth_format), rectangles, classes, limits)
         true, fit = _matches(pairs)
         graded = ~outside(pairs.truth, limits)[true]
