@@ -29,7 +29,7 @@ from luxloop.scenarios.commands import (
 from luxloop.scenarios.commands.error_messages import print_error, print_internal_error
 from luxloop.scenarios.errors import Interrupted
 from luxloop.scenarios.exit_codes import ExitCode, explain
-from luxloop.scenarios.files import completed, full_disk
+from luxloop.scenarios.files import completed, disk_errors
 from luxloop.scenarios.run import termination, versions
 from luxloop.sim.rare_collection import collect_rarely
 
@@ -157,7 +157,7 @@ def _carry_out(arguments: list[str] | None) -> int:
     """Run a command, print its error, if any, and return the exit code."""
     try:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
-        full_disk.flush_output()
+        disk_errors.flush_output()
     except typer.TyperException as error:
         return print_error(error.format_message(), error.exit_code)
     except Interrupted as error:
@@ -166,10 +166,10 @@ def _carry_out(arguments: list[str] | None) -> int:
         if COMPLETION in os.environ:
             raise
         if _is_unread():
-            full_disk.drop_output()
+            disk_errors.drop_output()
             return 128 + signal.SIGPIPE
-        if full_disk.is_full(error):
-            full_disk.drop_output()
+        if disk_errors.is_full(error):
+            disk_errors.drop_output()
         code, message = explain(error)
         if code == ExitCode.INTERNAL:
             return print_internal_error(error)

@@ -3,7 +3,7 @@
 from enum import IntEnum
 
 from luxloop.scenarios.errors import ContractError, InputError
-from luxloop.scenarios.files import full_disk, refused_path
+from luxloop.scenarios.files import disk_errors
 from luxloop.scenarios.run import termination
 
 INTERNAL_ERROR = "internal error: "
@@ -31,10 +31,10 @@ def explain(error: BaseException) -> tuple[ExitCode, str]:
     from luxloop.sensor_model.rig.rig import RigError
     from luxloop.sim.source import SimulatorFailedError, TrafficError
 
-    if isinstance(error, OSError) and full_disk.is_full(error):
-        return ExitCode.BAD_INPUT, full_disk.message(error)
-    if isinstance(error, OSError) and refused_path.is_refused(error):
-        return ExitCode.BAD_INPUT, refused_path.message(error)
+    if isinstance(error, OSError) and disk_errors.is_full(error):
+        return ExitCode.BAD_INPUT, disk_errors.full_message(error)
+    if isinstance(error, OSError) and disk_errors.is_refused(error):
+        return ExitCode.BAD_INPUT, disk_errors.refused_message(error)
     if isinstance(error, SimulatorFailedError):
         return ExitCode.SIMULATOR_FAILED, str(error)
     if isinstance(error, ContractError):

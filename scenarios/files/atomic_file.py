@@ -1,12 +1,50 @@
-"""Atomic file write."""
+"""Atomic file write, flushed to the disk so that the rename survives a power failure."""
 
+import os
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
 from luxloop.scenarios.files import completed, owner_lock
-from luxloop.scenarios.files.disk_flush import flush_file, flush_folder
+
+
+def flush_file(path: Path) -> None:
+    """Flush a file to the disk.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written, e.g. because the disk is full.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def flush_folder(folder: Path) -> None:
+    """Flush the entries of a folder, where the file system can."""
+    with suppress(OSError):  # Windows opens no folders, and some network file systems flush none
+        flush_file(folder)
+
+
+def flush_tree(folder: Path) -> None:
+    """Flush all files and folders below `folder`, and itself.
+
+    Raises
+    ------
+    OSError
+        As for `flush_file`.
+    """
+    for path in folder.rglob("*"):
+        if path.is_dir():
+            flush_folder(path)
+        elif path.is_file():
+            flush_file(path)
+    flush_folder(folder)
+
 
 _group: ContextVar[ExitStack | None] = ContextVar("_group", default=None)
 

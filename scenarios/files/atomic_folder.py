@@ -9,7 +9,7 @@ from pathlib import Path
 
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import completed, owner_lock
-from luxloop.scenarios.files.disk_flush import flush_folder, flush_tree
+from luxloop.scenarios.files.atomic_file import flush_folder, flush_tree
 
 
 @contextmanager

@@ -3,6 +3,9 @@
 Compressed points are LZF, a sequence of blocks. A control byte below 32 is followed by that many literal bytes plus
 one. Another one holds in its upper 3 bits the length of a copy minus 2 (7 continues in the next byte), and in its lower
 5 bits, with one more byte, the distance back minus 1 (M. Lehmann, LibLZF).
+
+The package pypcd4 (1.5.1) is not used: it reads a truncated file as a shorter one, and rejects headers without COUNT or
+POINTS, which older versions of the format have.
 """
 
 import io
