@@ -23,6 +23,7 @@ from luxloop.scenarios.commands import (
     league,
     list_scenarios,
     mcap,
+    metrics,
     new,
     occlusions,
     paper,
@@ -49,6 +50,7 @@ from luxloop.sim.rare_collection import collect_rarely
 COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
     "Run": {
         "list": (list_scenarios.list_scenarios, "List the scenarios that ship."),
+        "metrics": (metrics.metrics, "List the metrics with their sentences."),
         "run": (run.run, "Run a scenario and grade the tracker."),
         "grade": (grade.grade, "Grade recorded scans, or tracks and truth in files."),
         "check-tracker": (check_tracker.check_tracker, "Check that a tracker keeps the interface contract."),

@@ -16,7 +16,7 @@ from typing import Any
 from support.paths import CATALOG, EXAMPLES
 
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.metrics.definitions import standard_names
 
 ORIGINALS = (*sorted(CATALOG.rglob("*.toml")), *sorted(EXAMPLES.glob("*.toml")))
 SHORT_S = 0.16
@@ -188,7 +188,7 @@ def _move(rng, document):
 
 def _expect(rng, document):
     """Set a limit on a metric, or on an unknown one."""
-    name = rng.choice([*METRICS, "track.hotta", "hota", "", "fit.best", "fit..iou_mean", "track.Überholt"])
+    name = rng.choice([*standard_names(), "track.hotta", "hota", "", "fit.best", "fit..iou_mean", "track.Überholt"])
     limit = {end: rng.choice(NUMBERS) for end in rng.sample(["min", "max", "unit", "mox"], rng.randrange(4))}
     document["expect"] = {name: limit}
     return (name,), f"{name} = {limit}"

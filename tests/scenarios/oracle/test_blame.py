@@ -9,7 +9,7 @@ from support import busy_street, faulty_stages, short_run
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare.stage_costs import stage_costs
-from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.metrics.definitions import standard_names
 from luxloop.scenarios.oracle.device_choice import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, StageCost, find_out
@@ -23,7 +23,10 @@ METRIC = {metric.name: metric for metric in BLAME_METRICS}
 
 FAULTS = {
     Stage.SEGMENTATION: (faulty_stages.CoarseSegmentation, ["segmentation.under_rate", "track.hota", "track.missed"]),
-    Stage.OUTLIERS: (faulty_stages.RemovingNothing, ["outliers.recall{cause=mirror}", "outliers.recall{cause=layer_overlap}"]),
+    Stage.OUTLIERS: (
+        faulty_stages.RemovingNothing,
+        ["outliers.recall{cause=mirror}", "outliers.recall{cause=layer_overlap}"],
+    ),
     Stage.FIT: (faulty_stages.BiasedFit, ["fit.heading_abs_mean_deg", "track.hota"]),
     Stage.ASSOCIATION: (faulty_stages.ScrambledAssociation, ["track.idf1", "track.hota", "track.false"]),
     Stage.MODEL: (faulty_stages.AlwaysAccelerating, ["mma.mode_accuracy"]),
@@ -71,7 +74,7 @@ def test_parallel_oracles_give_the_results_of_separate_runs():
 
 
 def test_every_blame_metric_is_a_metric_with_a_direction():
-    assert set(METRIC) <= set(METRICS)
+    assert set(METRIC) <= set(standard_names())
     found = busy_street.blamed()
     for metric in BLAME_METRICS:
         ranking = found.ranking(metric)

@@ -15,7 +15,7 @@ from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.metric_names import CAUSES
+from luxloop.scenarios.metrics.definitions import CAUSES
 from luxloop.scenarios.oracle import oracle_association, oracle_fit, oracle_outliers, oracle_segmentation
 from luxloop.scenarios.oracle.device_choice import OracleFactory, choose
 from luxloop.scenarios.oracle.oracle_context import OracleContext
@@ -77,7 +77,7 @@ def test_true_outliers_are_exactly_the_noise():
     graded = [
         (metric.value, shipped()[name].value)
         for cause in CAUSES.values()
-        for name in (f"outliers.{cause}.precision", f"outliers.{cause}.recall")
+        for name in (f"outliers.precision{{cause={cause}}}", f"outliers.recall{{cause={cause}}}")
         if (metric := of(Stage.OUTLIERS)[name]).value is not None
     ]
     assert len(graded) >= 6

@@ -68,7 +68,12 @@ def test_grades_of_tracker_and_file_of_tracks_agree(recording, tracked, capsys):
 
 def test_what_a_recording_does_not_show_is_null_with_the_reason(recording, capsys):
     metrics = graded(capsys, recording)
-    for name in ("outliers.recall{cause=mirror}", "track.occlusion_survival", "perf.sim_ms_p50", "fit.iou_mean{view=l_shape}"):
+    for name in (
+        "outliers.recall{cause=mirror}",
+        "track.occlusion_survival",
+        "perf.sim_ms_p50",
+        "fit.iou_mean{view=l_shape}",
+    ):
         assert metrics[name]["value"] is None
         assert metrics[name]["reason"]
     assert metrics["perf.tracker_ms_p50"]["value"] > 0
