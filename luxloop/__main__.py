@@ -10,7 +10,7 @@ def main() -> int:
 
         return run_command_line()
     except Exception as error:
-        from luxloop.scenarios.commands.internal_error import print_internal_error
+        from luxloop.scenarios.commands.error_messages import print_internal_error
 
         return print_internal_error(error)
 

@@ -6,46 +6,73 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+import typer.core
 
+from luxloop.plugins import ABILITIES, formats_that
 from luxloop.scenarios.commands import (
-    baseline,
-    blame,
-    check_tracker,
     compare,
-    compile_kernels,
     egos,
-    export,
     grade,
     import_,
     league,
     list_scenarios,
-    mcap,
+    look,
     metrics,
-    new,
-    occlusions,
-    paper,
-    realism,
-    report,
+    own_data,
     run,
-    schema,
-    search,
-    sweep,
-    thresholds,
+    study,
+    tools,
     track,
-    trends,
-    view,
-)  # fmt: skip
-from luxloop.scenarios.commands.error_line import print_error
-from luxloop.scenarios.commands.internal_error import print_internal_error
-from luxloop.scenarios.commands.plain_help import FormatHelp, PlainHelp
+)
+from luxloop.scenarios.commands.error_messages import print_error, print_internal_error
 from luxloop.scenarios.errors import Interrupted
 from luxloop.scenarios.exit_codes import ExitCode, explain
 from luxloop.scenarios.files import completed, full_disk
 from luxloop.scenarios.run import termination, versions
 from luxloop.sim.rare_collection import collect_rarely
+
+
+class PlainHelp(typer.core.TyperGroup):
+    """Group of commands whose help has a section for each `rich_help_panel`."""
+
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:
+        """Write the description, then the sections in the order of their first commands."""
+        super().format_help_text(ctx, formatter)
+        groups: dict[Any, list[typer.core.TyperCommand]] = {}
+        for name in self.list_commands(ctx):
+            command = self.commands[name]
+            assert isinstance(command, typer.core.TyperCommand)
+            groups.setdefault(command.rich_help_panel, []).append(command)
+        widest = max(map(len, self.commands))
+        for group, commands in groups.items():
+            with formatter.section(group):
+                formatter.write_dl([(f"{each.name:{widest}}", each.short_help or "") for each in commands])
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write nothing after the options: the commands are above them."""
+
+
+class FormatHelp(typer.core.TyperCommand):
+    """Command whose help names the file formats that are found, in place of `{read_boxes}` and the like."""
+
+    def format_help(self, *arguments: Any) -> None:
+        """Write the help."""
+        for parameter in self.params:
+            if isinstance(parameter, typer.core.TyperOption) and parameter.help:
+                parameter.help = _with_formats(parameter.help)
+        super().format_help(*arguments)
+
+
+def _with_formats(text: str) -> str:
+    for ability in ABILITIES:
+        place = f"{{{ability}}}"
+        if place in text:
+            text = text.replace(place, ", ".join(formats_that(ability)))
+    return text
+
 
 COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
     "Run": {
@@ -53,38 +80,38 @@ COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
         "metrics": (metrics.metrics, "List the metrics with their sentences."),
         "run": (run.run, "Run a scenario and grade the tracker."),
         "grade": (grade.grade, "Grade recorded scans, or tracks and truth in files."),
-        "check-tracker": (check_tracker.check_tracker, "Check that a tracker keeps the interface contract."),
+        "check-tracker": (tools.check_tracker, "Check that a tracker keeps the interface contract."),
     },
     "Look": {
-        "view": (view.view, "Open the recording of a run in the rerun viewer."),
-        "report": (report.report, "Write an HTML page of one or several runs."),
-        "paper": (paper.paper, "Print the tables of the paper for a run."),
-        "occlusions": (occlusions.occlusions, "Print the survival of track ids in occlusions."),
+        "view": (look.view, "Open the recording of a run in the rerun viewer."),
+        "report": (look.report, "Write an HTML page of one or several runs."),
+        "paper": (look.paper, "Print the tables of the paper for a run."),
+        "occlusions": (look.occlusions, "Print the survival of track ids in occlusions."),
     },
     "Compare": {
         "compare": (compare.compare, "Compare two sets of runs of the same scenarios and seeds."),
-        "baseline": (baseline.baseline, "Write the baseline file of a comparison."),
-        "trends": (trends.trends, "Draw the key metrics over many baselines."),
+        "baseline": (compare.baseline, "Write the baseline file of a comparison."),
+        "trends": (compare.trends, "Draw the key metrics over many baselines."),
         "league": (league.league, "Run several trackers on the same scans."),
-        "blame": (blame.blame, "Measure the error that each stage of the tracker causes."),
+        "blame": (compare.blame, "Measure the error that each stage of the tracker causes."),
     },
     "Study": {
-        "sweep": (sweep.sweep, "Run all combinations of a study's parameters."),
-        "search": (search.search, "Search for the smallest disturbance that breaks the tracker."),
-        "thresholds": (thresholds.thresholds, "Estimate the parameter value at which a metric fails."),
+        "sweep": (study.sweep, "Run all combinations of a study's parameters."),
+        "search": (study.search, "Search for the smallest disturbance that breaks the tracker."),
+        "thresholds": (study.thresholds, "Estimate the parameter value at which a metric fails."),
     },
     "Own data": {
-        "new": (new.new, "Write a scenario file for a SUMO net or a recording."),
+        "new": (own_data.new, "Write a scenario file for a SUMO net or a recording."),
         "egos": (egos.egos, "List candidates for the ego in SUMO traffic."),
         "import": (import_.import_, "Make recorded scans of a real recording."),
         "track": (track.track, "Run a tracker over recorded scans."),
-        "export": (export.export, "Write a run in the format of other programs."),
-        "mcap": (mcap.mcap, "Write a run as MCAP, for ROS 2 and Foxglove."),
-        "realism": (realism.realism, "Compare simulated vehicles with real ones."),
+        "export": (own_data.export, "Write a run in the format of other programs."),
+        "mcap": (own_data.mcap, "Write a run as MCAP, for ROS 2 and Foxglove."),
+        "realism": (own_data.realism, "Compare simulated vehicles with real ones."),
     },
     "Tools": {
-        "warm-up": (compile_kernels.warm_up, "Compile the kernels before parallel runs do."),
-        "schema": (schema.schema, "Print the JSON schema of scenario files."),
+        "warm-up": (tools.warm_up, "Compile the kernels before parallel runs do."),
+        "schema": (tools.schema, "Print the JSON schema of scenario files."),
     },
 }
 """Commands by group and name, with their line in the help of the program."""

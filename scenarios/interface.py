@@ -28,7 +28,7 @@ Runs = Union[str, Path, "Result", Iterable[Union[str, Path, "Result"]]]
 STATED_LOSS = 0.02
 """`luxloop.scenarios.compare.comparison.STATED_LOSS`, whose import is slower than the help."""
 STEP_TIMEOUT_S = 60.0
-"""`luxloop.scenarios.run.time_limit.STEP_TIMEOUT_S`, likewise."""
+"""`luxloop.scenarios.run.containment.STEP_TIMEOUT_S`, likewise."""
 
 
 def run(
@@ -97,7 +97,7 @@ def run(
         _start_worker(scenario)
     loaded = _loaded(scenario, seed, duration_s, settings)
     from luxloop.scenarios.execute import default_folder, execute
-    from luxloop.scenarios.oracle.device_choice import choose
+    from luxloop.scenarios.oracle.oracle_tracker import choose
     from luxloop.scenarios.run import loop
     from luxloop.scenarios.run.progress import hidden
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from luxloop.scenarios.commands.internal_error import request
+from luxloop.scenarios.commands.error_messages import request
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exit_codes import ExitCode, explain
 from luxloop.scenarios.files import toml_file

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     import pandas as pd  # scenario files are read without it
 
     from luxloop.scenarios.files.expect import Check, RunVerdict
-    from luxloop.scenarios.metrics.figures import Figures
+    from luxloop.scenarios.grading.figures import Figures
 
 NOT_REPORTED = "the tracker does not report"
 """Beginning of the reason of metrics of an output that a tracker leaves out, such as a covariance."""

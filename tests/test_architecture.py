@@ -20,7 +20,7 @@ WRONG = {
         "import luxloop.sim.sumo.sumo_source",
         "The sensor imports nothing that makes traffic",
     ),
-    "scenarios/grading/new.py": ("import rerun", "Only luxloop.scenarios.recording imports rerun"),
+    "scenarios/grading/new.py": ("import rerun", "Only luxloop.scenarios.rerun_log imports rerun"),
     "scenarios/grading/newer.py": (
         "import luxloop.scenarios.exchange.kitti.kitti_labels",
         "Plug-ins are imported by entry points only",

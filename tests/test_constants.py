@@ -24,7 +24,7 @@ from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.preprocess import PreprocessConfig
 from luxloop.tracker.tracking.existence import ExistenceConfig, existence
 from luxloop.tracker.tracking.filters import STARTING_SPEED_STD_MPS, FilterConfig
-from luxloop.tracker.tracking.mma import MmaConfig
+from luxloop.tracker.tracking.mma import STANDING_MPS
 from luxloop.tracker.vehicle_classes import SIZE_CLASSES
 
 UNIT = load_rig("srx_six_lux", Path()).mounts[0].model
@@ -46,7 +46,7 @@ TUNED = {
     ),
     "limit of standing [m/s]": (
         (MODES.stands_below_mps, MODES.moves_from_mps, "a third of walking pace, with hysteresis"),
-        (MmaConfig().standing_mps, "1 km/h"),
+        (STANDING_MPS, "1 km/h"),
     ),
     "speed at the start of a motion [m/s]": (
         (MODES.moves_from_mps, "a third of walking pace"),

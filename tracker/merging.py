@@ -82,15 +82,17 @@ HITS_MIN = 8
 MARGIN_M = 0.3
 """Margin around a vehicle's box within which points belong to it [m]."""
 
+MEMBER_FRACTION_MIN = 0.9
+"""Minimum fraction of a segment's points inside the box for the segment to belong to the vehicle."""
+
 
 @dataclass(frozen=True, slots=True)
 class MergeConfig:
     """Conditions for pieces to be one vehicle."""
 
     gap_max_m: float = 6.0
-    """Maximum gap between pieces of a fast vehicle [m]: what units leave blind beside the ego."""
-    share_min: float = 0.9
-    """Minimum share of a segment's points inside the box for the segment to belong to the vehicle."""
+    """Maximum gap between pieces of a fast vehicle [m]: what units leave blind beside the ego. Change it with the
+    places of the units."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,7 +146,7 @@ def fits(pieces: Pieces, a: int, b: int) -> bool:
     return bool(hull_fits(*place, a, b, LONGEST_M, WIDEST_M))
 
 
-def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces, config: MergeConfig) -> Segments:
+def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces) -> Segments:
     """Merge the segments of points (N, 2) [m] that lie in the box of the same vehicle."""
     if not len(pieces.hits):
         return segments
@@ -152,7 +154,7 @@ def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces, conf
     label = segments.label[used]
     size = np.bincount(label, minlength=segments.count)
     within = inside(points_odom.take(used, axis=0), pieces.center, pieces.heading, pieces.size + 2 * MARGIN_M)
-    name = _joined(_belongs(within, label, size, config))
+    name = _joined(_belongs(within, label, size))
     present = size > 0
     names, number = np.unique(name[present], return_inverse=True)
     renumbered = np.full(segments.count + 1, NOT_USED)  # the last one is that of points in no segment
@@ -160,13 +162,13 @@ def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces, conf
     return Segments(label=renumbered[segments.label], count=len(names))
 
 
-def _belongs(within: Bools, label: Ints, size: Ints, config: MergeConfig) -> Bools:
+def _belongs(within: Bools, label: Ints, size: Ints) -> Bools:
     """(S, T) mask of segments of `size` (S,) that lie almost completely in the box of a vehicle.
 
     Points with labels (N,) are `within` (N, T) these boxes.
     """
     count = np.stack([np.bincount(label, own, len(size)) for own in within.T], axis=1)
-    return np.asarray((count >= config.share_min * size[:, None]) & (size > 0)[:, None])
+    return np.asarray((count >= MEMBER_FRACTION_MIN * size[:, None]) & (size > 0)[:, None])
 
 
 def _joined(belongs: Bools) -> Ints:

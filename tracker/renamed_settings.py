@@ -21,6 +21,8 @@ RENAMED = {
     "tracker.reading": "tracker.hypotheses",
     "tracker.life": "tracker.confirmation",
     "tracker.memory": "tracker.existence",
+    "tracker.union": "tracker.merging",
+    "tracker.corner.unseen_share": "tracker.corner.unseen_fraction",
     "tracker.association.oddity_max": "tracker.association.shape_cost_max",
 }
 """New key of each old one."""
@@ -32,9 +34,10 @@ _NAMES = {
     "tracker/detection/deskew.py": {
         "tracker.deskew.margin_m": "MARGIN_M",
     },
-    "tracker/detection/lidar.py": {
+    "tracker/free_space.py": {
         "tracker.background.unit_offset_m": "UNIT_OFFSET_M",
         "tracker.boxes.unit_offset_m": "UNIT_OFFSET_M",
+        "tracker.existence.unit_offset_m": "UNIT_OFFSET_M",
     },
     "tracker/detection/background.py": {
         "tracker.background.cell_m": "CELL_M",
@@ -56,6 +59,7 @@ _NAMES = {
     },
     "tracker/detection/tlinkage.py": {
         "tracker.linkage.locality": "LOCALITY",
+        "tracker.linkage.samples_per_point": "SAMPLES_PER_POINT",
     },
     "tracker/detection/lines.py": {
         "tracker.linkage.length_min_m": "LENGTH_MIN_M",
@@ -126,8 +130,8 @@ _NAMES = {
         "tracker.orientation.visible_min_m": "FACE_MIN_M",
         "tracker.orientation.truncated_probability": "TRUNCATED_PROBABILITY",
         "tracker.confirmation.truncated_probability": "TRUNCATED_PROBABILITY",
-        "tracker.union.length_max_m": "LONGEST_M",
-        "tracker.union.width_max_m": "WIDEST_M",
+        "tracker.merging.length_max_m": "LONGEST_M",
+        "tracker.merging.width_max_m": "WIDEST_M",
     },
     "tracker/tracking/hypotheses.py": {
         "tracker.hypotheses.whole_share": "COMPLETE_FRACTION",
@@ -170,9 +174,13 @@ _NAMES = {
         "tracker.orientation.view_correlation": "VIEW_CORRELATION",
     },
     "tracker/tracking/mma.py": {
+        "tracker.mma.standing_mps": "STANDING_MPS",
         "tracker.mma.stopping_time_s": "STOPPING_TIME_S",
+        "tracker.mma.probability_floor": "PROBABILITY_FLOOR",
     },
     "tracker/tracking/vehicle_size.py": {
+        "tracker.extent.hidden_length_m": "HIDDEN_LENGTH_M",
+        "tracker.extent.hidden_width_m": "HIDDEN_WIDTH_M",
         "tracker.extent.view_correlation": "VIEW_CORRELATION",
         "tracker.extent.forgetting": "FORGETTING",
         "tracker.extent.merged_probability": "MERGED_PROBABILITY",
@@ -182,6 +190,7 @@ _NAMES = {
         "tracker.extent.known_share": "KNOWN_FRACTION",
     },
     "tracker/tracking/orientation.py": {
+        "tracker.orientation.course_speed_min_mps": "COURSE_SPEED_MIN_MPS",
         "tracker.orientation.course_sigma": "COURSE_SIGMA",
         "tracker.orientation.reversal_m": "REVERSAL_M",
         "tracker.orientation.sideways_m": "SIDEWAYS_M",
@@ -230,14 +239,15 @@ _NAMES = {
         "tracker.small.same_m": "SAME_M",
     },
     "tracker/merging.py": {
-        "tracker.union.speed_min_mps": "SPEED_MIN_MPS",
-        "tracker.union.headway_max_s": "HEADWAY_MAX_S",
-        "tracker.union.speed_change_min_mps": "SPEED_CHANGE_MIN_MPS",
-        "tracker.union.gap_change_max_m": "GAP_CHANGE_MAX_M",
-        "tracker.union.speed_difference_max_mps": "SPEED_DIFFERENCE_MAX_MPS",
-        "tracker.union.turn_max_rad": "TURN_MAX_RAD",
-        "tracker.union.hits_min": "HITS_MIN",
-        "tracker.union.margin_m": "MARGIN_M",
+        "tracker.merging.share_min": "MEMBER_FRACTION_MIN",
+        "tracker.merging.speed_min_mps": "SPEED_MIN_MPS",
+        "tracker.merging.headway_max_s": "HEADWAY_MAX_S",
+        "tracker.merging.speed_change_min_mps": "SPEED_CHANGE_MIN_MPS",
+        "tracker.merging.gap_change_max_m": "GAP_CHANGE_MAX_M",
+        "tracker.merging.speed_difference_max_mps": "SPEED_DIFFERENCE_MAX_MPS",
+        "tracker.merging.turn_max_rad": "TURN_MAX_RAD",
+        "tracker.merging.hits_min": "HITS_MIN",
+        "tracker.merging.margin_m": "MARGIN_M",
     },
 }
 """Names of the constants that replace old keys, by file and old key."""

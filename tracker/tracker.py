@@ -9,7 +9,7 @@ from luxloop.tracker.arrays import Ints
 from luxloop.tracker.detection.boxes import small_boxes
 from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
-from luxloop.tracker.merging import Pieces
+from luxloop.tracker.merging import MergeConfig, Pieces
 from luxloop.tracker.records import NO_TRACK, Detection, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracking.association import AssociationConfig, Associator, HungarianAssociator
@@ -23,7 +23,6 @@ from luxloop.tracker.tracking.mma import MmaConfig
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.model_selection import model_selection as select_models
 from luxloop.tracker.tracking.observations import observe
-from luxloop.tracker.tracking.orientation import OrientationConfig
 from luxloop.tracker.tracking.output import report
 from luxloop.tracker.tracking.prediction import predict
 from luxloop.tracker.tracking.small_objects import SmallObjects
@@ -32,7 +31,6 @@ from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 from luxloop.tracker.tracking.track_observation import assigned
 from luxloop.tracker.tracking.track_table import TENTATIVE, TrackTable, empty
-from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +41,7 @@ class TrackerConfig(DetectorConfig):
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
     mma: MmaConfig = field(default_factory=MmaConfig)
-    extent: ExtentConfig = field(default_factory=ExtentConfig)
-    orientation: OrientationConfig = field(default_factory=OrientationConfig)
+    merging: MergeConfig = field(default_factory=MergeConfig)
     corner: CornerConfig = field(default_factory=CornerConfig)
     confirmation: ConfirmationConfig = field(default_factory=ConfirmationConfig)
     existence: ExistenceConfig = field(default_factory=ExistenceConfig)
@@ -60,9 +57,7 @@ class TrackerConfig(DetectorConfig):
 
 def track_config(config: TrackerConfig) -> TrackConfig:
     """Return the sections that one track uses."""
-    return TrackConfig(
-        config.filters, config.extent, config.orientation, config.corner, config.confirmation, config.existence
-    )
+    return TrackConfig(config.filters, config.corner, config.confirmation, config.existence)
 
 
 class Tracker:
@@ -96,7 +91,7 @@ class Tracker:
         self._associator = associator or HungarianAssociator(config.association)
         self._selection = model_selection or select_models(config.mma)
         self._settings = track_config(config)
-        self._management = track_management or DefaultTrackManagement(config.union, self._settings)
+        self._management = track_management or DefaultTrackManagement(config.merging, self._settings)
         self._small = SmallObjects()
         self._tracks = empty(config.filters.models)
         self._time: float | None = None

@@ -9,7 +9,7 @@ from intervals.populations import Kind
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.statistics.confidence import Interval
 from luxloop.scenarios.study import survival
-from luxloop.scenarios.study.seed_estimate import Estimate, estimate
+from luxloop.scenarios.study.curves import Estimate, estimate
 
 
 class Coverage(NamedTuple):

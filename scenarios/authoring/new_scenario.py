@@ -1,25 +1,170 @@
 """A new scenario file from traffic of any kind."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+import json
+import re
+import textwrap
+import tomllib
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
-from luxloop.scenarios.authoring.draft import Draft
-from luxloop.scenarios.authoring.draft_highway import highway_drafts
-from luxloop.scenarios.authoring.draft_options import DraftOptions
-from luxloop.scenarios.authoring.draft_recording import recording_drafts
-from luxloop.scenarios.authoring.draft_sumo import sumo_drafts
-from luxloop.scenarios.authoring.graded_draft import GradedDraft, grade
-from luxloop.scenarios.authoring.rehearsal import Rehearsal, rehearse
-from luxloop.scenarios.authoring.scenario_text import scenario_text
+import numpy as np
+
+from luxloop.scenarios.authoring.draft import Draft, DraftOptions
+from luxloop.scenarios.authoring.draft_sources import highway_drafts, recording_drafts, sumo_drafts
+from luxloop.scenarios.authoring.ego_survey import sensor_range
 from luxloop.scenarios.authoring.traffic_input import read_input, refuse_scenario
 from luxloop.scenarios.errors import InputError, OutputError
 from luxloop.scenarios.files import atomic_file
+from luxloop.scenarios.files.expect import Check, check
 from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.report.cells import value_of
+from luxloop.scenarios.run import device, loop, progress
+from luxloop.sim.factory import make_source
 from luxloop.sim.highway.highway_config import HighwayTraffic
-from luxloop.sim.source import SimulatorFailedError
+from luxloop.sim.source import SimulatorFailedError, TrafficEndedError, watch_start
 from luxloop.sim.sumo.sumo_config import SumoTraffic
+from luxloop.sim.world import VEHICLE_KINDS, WorldFrame
+
+WIDTH = 118
+"""Characters of a comment line."""
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def scenario_text(document: dict[str, Any], comments: Iterable[str]) -> str:
+    """Return a scenario file with comments at its head.
+
+    Parameters
+    ----------
+    document
+        Content: values, and tables of values.
+    comments
+        Paragraphs.
+    """
+    lines = [f"# {line}" for comment in comments for line in textwrap.wrap(" ".join(comment.split()), WIDTH)]
+    tables = {key: value for key, value in document.items() if isinstance(value, dict)}
+    lines += [f"{_key(key)} = {_value(value)}" for key, value in document.items() if key not in tables]
+    for name, table in tables.items():
+        lines += ["", f"[{_key(name)}]", *(f"{_key(key)} = {_value(value)}" for key, value in table.items())]
+    text = "\n".join(lines) + "\n"
+    assert tomllib.loads(text) == document
+    return text
+
+
+def _key(name: str) -> str:
+    return name if _BARE.fullmatch(name) else _string(name)
+
+
+def _value(value: Any) -> str:
+    """Return a value in TOML."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    return _string(value) if isinstance(value, str) else json.dumps(value)
+
+
+def _string(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+_KINDS = np.array(sorted(VEHICLE_KINDS))
+
+
+@dataclass(frozen=True, slots=True)
+class Rehearsal:
+    """Course of the traffic of a draft."""
+
+    frames: int
+    """Frames until the end."""
+    duration_s: float
+    """[s] Their duration, rounded down to 0.1 s."""
+    near: float
+    """Mean number of vehicles within the range of grading."""
+    end: str
+    """Reason why it ended early; empty if it did not."""
+
+    @property
+    def complete(self) -> bool:
+        """True if it lasted for the duration of the draft."""
+        return not self.end
+
+
+def rehearse(scenario: Scenario) -> Rehearsal:
+    """Play the traffic of a scenario once.
+
+    Raises
+    ------
+    TrafficError
+        The traffic cannot start, or fails.
+    """
+    near, end = [], ""
+    with closing(make_source(scenario.traffic, scenario.folder, sensor_range(scenario.rig, scenario.folder))) as source:
+        with progress.start("rehearsal") as report:
+            watch_start(source, report)
+            source.reset(scenario.seed)
+        count = max(1, round(scenario.duration_s / source.dt))
+        try:
+            for _ in progress.frames(count, source.dt, "rehearsal"):
+                near.append(_near(source.step(), scenario.grading.range_max_m))
+        except TrafficEndedError as error:
+            end = str(error)
+        seconds = len(near) * source.dt
+    return Rehearsal(len(near), np.floor(10 * seconds + 1e-6) / 10, float(np.mean(near)) if near else 0.0, end)
+
+
+def _near(frame: WorldFrame, range_m: float) -> int:
+    offset = frame.actors.pose_world[:, :2] - frame.ego.pose_world[:2]
+    near = np.hypot(*offset.T) <= range_m
+    return int((near & np.isin(frame.actors.kind, _KINDS)).sum())
+
+
+@dataclass(frozen=True, slots=True)
+class GradedDraft:
+    """Draft with the limits that fail in its run."""
+
+    draft: Draft
+    """With its final duration, and a sentence on the check."""
+    failed: list[str]
+    """Limits that fail, with metric, value and limit; also an early end."""
+
+
+def grade(draft: Draft, rehearsal: Rehearsal, out: Path) -> GradedDraft:
+    """Run a draft with the shipped tracker, as long as its traffic lasts, and grade it as `luxloop run` does.
+
+    Raises
+    ------
+    TrafficError
+        The traffic cannot start, or fails.
+    """
+    draft = draft if rehearsal.complete else replace(draft, duration_s=rehearsal.duration_s)
+    scenario = Scenario.of(draft.document(), out)
+    result = loop.run(scenario, device.load(device.SHIPPED))
+    checks = check(result.metrics, scenario.expect, result.config["device"])
+    failed = [_line(each) for each in checks if each.outcome == "failed"]
+    if not result.complete:
+        failed.append(f"its duration ({result.ended_early})")
+    return GradedDraft(replace(draft, choices=[*draft.choices, _sentence(draft, rehearsal, checks)]), failed)
+
+
+def _line(failed: Check) -> str:
+    value = failed.metric.value
+    shown = value_of(failed.metric) if value is None else f"{value:.4g}"  # three digits may equal the limit
+    return f"{failed.name} = {shown}, limit {failed.limit}"
+
+
+def _sentence(draft: Draft, rehearsal: Rehearsal, checks: list[Check]) -> str:
+    """Return the sentence on the check of a draft whose limits hold."""
+    values = ", ".join(f"{each.name} {value_of(each.metric)}" for each in checks)
+    short = "" if rehearsal.complete else f" It is shorter than asked for, since {rehearsal.end.rstrip('.')}."
+    return (
+        f"Checked by a run of the shipped tracker: {draft.duration_s:g} s with {rehearsal.near:.1f} vehicles in the "
+        f"range of grading on average; all limits hold ({values}).{short}"
+    )
+
 
 TRIED = 8
 """Drafts that are rehearsed at most."""

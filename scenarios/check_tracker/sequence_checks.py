@@ -1,4 +1,4 @@
-"""Checks over sequences of scans, and between instances of a tracker."""
+"""Checks over sequences of scans and between instances of a tracker, and their table."""
 
 import traceback
 from collections.abc import Callable, Iterable
@@ -6,17 +6,64 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any
 
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
 from luxloop.scenarios.check_tracker.check_drives import CheckDrive
-from luxloop.scenarios.check_tracker.checks import CHECKS, Findings
-from luxloop.scenarios.run.containment import call_restored, contained
+from luxloop.scenarios.run.containment import STEP_TIMEOUT_S, StepTimeoutError, Watch, call_restored, contained, watched
 from luxloop.scenarios.run.device import Device, DeviceFactory
-from luxloop.scenarios.run.output_checks import Fault, Faults, check_covariances, check_shapes, check_values
-from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, watched
-from luxloop.scenarios.run.trace_checks import check_trace
+from luxloop.scenarios.run.output_checks import (
+    Fault,
+    Faults,
+    check_covariances,
+    check_shapes,
+    check_trace,
+    check_values,
+)
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.tracker.records import Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
+
+CHECKS = {
+    "accepts a TrackerConfig": "accept one argument, the scenario's [tracker] table, and share no state",
+    "accepts every scan": "return the remaining tracks, also for an empty or invalid scan",
+    "returns Tracks": "return Tracks or (Tracks, StepTrace), see tracker/records.py",
+    "shapes and types": "give each field the shape and type documented in tracker/records.py",
+    "values are finite": "omit tracks whose state is unknown",
+    "codes are valid": "use ids from 0, Status, the index of a model, and corner signs of +1 and -1",
+    "ids are unique": "give each track of a scan its own id",
+    "dead ids are not reused": "count ids up, and never assign an id twice",
+    "probabilities sum to 1": "normalise model_probability row by row; without models, use Tracks.from_boxes",
+    "covariances are valid": "keep them symmetric and positive semidefinite, e.g. by P = (P + P') / 2",
+    "trace matches its scan": "label each point of this scan, in its order; see StepTrace",
+    "scans are not modified": "copy before modifying: the grader reads the scan after the tracker",
+    "outputs are not modified": "return copies: the grader keeps every output until the end of the run",
+    "deterministic": "use a seeded random generator per instance, and do not iterate over sets",
+    "instances are independent": "keep state in the instance, not in its class or module",
+}
+"""Remedy by check, in the order of the table."""
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """Results of all checks of one tracker."""
+
+    faults: tuple[Fault, ...]
+    done: frozenset[str]
+    """Checks that were executed; the others had no data."""
+
+    def of(self, check: str) -> list[Fault]:
+        """Return the faults of one check, in the order of detection."""
+        return [fault for fault in self.faults if fault.check == check]
+
+    @property
+    def passed(self) -> bool:
+        """True if there are no faults."""
+        return not self.faults
+
 
 OUTPUT_CHECKS = (
     "returns Tracks", "shapes and types", "values are finite", "codes are valid", "ids are unique",
@@ -180,3 +227,25 @@ def _message(error: BaseException) -> str:
         return f"took more than {STEP_TIMEOUT_S:g} s"
     last = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {' '.join(str(error).split())} ({last.filename}:{last.lineno})"
+
+
+def table(findings: Findings, name: str) -> RenderableType:
+    """Return a table with one row per check; failed checks show the fault, its location and the remedy."""
+    rows = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    rows.add_column("check", no_wrap=True)
+    rows.add_column("")
+    rows.add_column("", overflow="fold")
+    for check, remedy in CHECKS.items():
+        faults = findings.of(check)
+        if faults:
+            first, others = faults[0], f" (and {len(faults) - 1} more times)" if len(faults) > 1 else ""
+            message = f"{first.what}; in {first.where}{others}; {remedy}"
+            rows.add_row(check, Text("FAILED", "bold red"), Text(message))
+        elif check in findings.done:
+            rows.add_row(check, Text("passed", "green"), "")
+        else:
+            rows.add_row(check, Text("not done", "yellow"), Text("no data to check", "dim"))
+    failed = sum(bool(findings.of(check)) for check in CHECKS)
+    verdict = Text("PASSED", "bold green") if findings.passed else Text("FAILED", "bold red")
+    summary = f": {name} fails {failed} of {len(CHECKS)} checks" if failed else f": {name} meets the contract"
+    return Group(rows, verdict.append(summary, "not bold default"))

@@ -1,11 +1,12 @@
-"""`luxloop compare`."""
+"""Commands that compare runs: `luxloop compare`, `baseline`, `trends` and `blame`."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import AsJson, Quiet, finite
+from luxloop.scenarios.commands.arguments import AsJson, Duration, Quiet, ScenarioName, Seed, finite, overrides
+from luxloop.scenarios.commands.error_messages import print_early_end
 from luxloop.scenarios.exit_codes import ExitCode
 
 BASE_OR_HEAD = "A folder of runs, a single run, or a file that `luxloop baseline` wrote"
@@ -48,3 +49,69 @@ def compare(
         if files:
             print(f"The comparison is in {' and '.join(map(str, files))}")
     raise typer.Exit({"worse": ExitCode.FAILED, "cannot tell": ExitCode.CANNOT_TELL}.get(comparison.outcome, 0))
+
+
+def baseline(
+    runs: Annotated[Path, typer.Argument(metavar="RUNS", help="The folder of runs that become the baseline.")],
+    out: Annotated[Path, typer.Option(help="The file to write and commit; it replaces an earlier baseline.")],
+) -> None:
+    """Write a baseline file for `luxloop compare`. No other command changes one."""
+    from luxloop.scenarios.compare import baseline_file as file
+    from luxloop.scenarios.compare import sides
+    from luxloop.scenarios.compare.run_pairs import listed
+
+    side = sides.read_runs(runs)
+    before = {run.key: run for run in file.read(out)} if out.exists() else {}
+    file.write(out, list(side.runs.values()))
+    changed = [key for key in side.runs if key in before and side.runs[key].trace_hash != before[key].trace_hash]
+    print(f"{out}: {len(side.runs)} runs, {out.stat().st_size / 1000:.0f} kB")
+    for what, keys in (
+        ("new", [key for key in side.runs if key not in before]),
+        ("changed", changed),
+        ("dropped", [key for key in before if key not in side.runs]),
+        ("ended early, and are not compared", [key for key, run in side.runs.items() if run.ended_early]),
+    ):
+        if keys:
+            print(f"{len(keys)} {what}: {listed(keys)}")
+
+
+def trends(
+    baselines: Annotated[
+        list[Path],
+        typer.Argument(metavar="BASELINE...", help="Files of `luxloop baseline`, or folders of runs; earliest first."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The page to write.")] = Path("trends.html"),
+) -> None:
+    """Draw the key metrics over many baselines, of all runs together and of each scenario, on one page."""
+    from luxloop.scenarios.compare import sides, trends_page
+    from luxloop.scenarios.compare.trend_values import trends as trends_of
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.html import pages
+
+    found = trends_of([sides.read(path) for path in baselines])
+    pages.write(out, trends_page.trends_page(found))
+    text.show(trends_page.suite_table(found))
+    print(f"The page is {out}")
+
+
+def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, as_json: AsJson = False) -> None:
+    """Measure the error that each stage of the shipped tracker causes, by replacing it with the ground truth."""
+    import json
+
+    from luxloop.scenarios.compare.stage_costs import stage_costs
+    from luxloop.scenarios.files import shipped
+    from luxloop.scenarios.files.scenario import Scenario
+    from luxloop.scenarios.oracle.stage_blame import document, find_out
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.blame_tables import blame_report
+
+    found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)))
+    costs = stage_costs(found)
+    if as_json:
+        print(json.dumps(document(found, costs), allow_nan=False))
+    else:
+        text.show(blame_report(found, costs))
+    code, result = 0, found.shipped
+    if not result.complete:
+        code = print_early_end(result, f"the figures are of the {result.frames} frames until then")
+    raise typer.Exit(code)

@@ -111,7 +111,7 @@ def _graded_folder(
     from luxloop.scenarios.files.expect import check
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.offline.recorded_run import RecordedRun
-    from luxloop.scenarios.recordings.grade_recording import grade_recording
+    from luxloop.scenarios.recordings.graded_recording import grade_recording
     from luxloop.scenarios.recordings.recording import Recording, is_recording
 
     if is_recording(run):

@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import finite
-from luxloop.scenarios.commands.extras import require_of
+from luxloop.scenarios.commands.arguments import finite, require_of
 
 if TYPE_CHECKING:
-    from luxloop.scenarios.exchange.box_grading import BoxLimits
+    from luxloop.scenarios.exchange.paired_frames import BoxLimits
 
 FORMAT_HELP = "Its format: {read_boxes}; recognised if left out."
 TruthFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
@@ -25,7 +24,7 @@ OccludedMax = Annotated[
 Limits = tuple[float, float, int, float | None, int | None]
 """Values of --hit-iou, --gospa-cutoff, --points-min, --range-max and --occluded-max."""
 HIT_IOU_MIN, GOSPA_CUTOFF_M = 0.5, 2.0
-"""Defaults of `luxloop.scenarios.exchange.box_grading.BoxLimits`, whose import is slower than the help."""
+"""Defaults of `luxloop.scenarios.exchange.paired_frames.BoxLimits`, whose import is slower than the help."""
 
 
 def grade_files(
@@ -88,7 +87,7 @@ def _limits(given: Limits) -> "BoxLimits":
     if occluded_max is not None and not 0 <= occluded_max <= 3:
         raise InputError(f"--occluded-max {occluded_max}: should be a level of KITTI, 0 to 3")
 
-    from luxloop.scenarios.exchange.box_grading import BoxLimits
+    from luxloop.scenarios.exchange.paired_frames import BoxLimits
 
     return BoxLimits(
         hit_iou_min=hit_iou,

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import finite
-from luxloop.scenarios.commands.extras import require_of
+from luxloop.scenarios.commands.arguments import finite, require_of
 
 if TYPE_CHECKING:
     from luxloop.scenarios.recordings.ego_mount import EgoMount
@@ -82,10 +81,9 @@ def import_(
 ) -> None:
     """Make recorded scans of a recording: ROS bags, MCAP, PCD, KITTI .bin, Ouster captures, LUX streams."""
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
-    from luxloop.scenarios.recordings.import_options import ImportOptions
+    from luxloop.scenarios.recordings.import_options import ImportOptions, TruthOption
     from luxloop.scenarios.recordings.import_recording import import_recording
     from luxloop.scenarios.recordings.layer_cut import interval
-    from luxloop.scenarios.recordings.truth_option import TruthOption
 
     chosen = format_of(files, format_name)
     require_of("import", chosen)

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import AsJson, Quiet, Workers, finite, worker_count
-from luxloop.scenarios.commands.extras import require
+from luxloop.scenarios.commands.arguments import AsJson, Quiet, Workers, finite, require, worker_count
 
 if TYPE_CHECKING:
     from luxloop.scenarios.league.drive import Drive

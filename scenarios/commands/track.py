@@ -25,8 +25,8 @@ def track(
 
     from luxloop.scenarios.execute import file_name
     from luxloop.scenarios.files.expect import exit_code, verdict
+    from luxloop.scenarios.recordings.graded_recording import rules_of
     from luxloop.scenarios.recordings.recording import Recording
-    from luxloop.scenarios.recordings.recording_rules import rules_of
     from luxloop.scenarios.recordings.track_recording import PAGE, track_recording
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import device, run_folder

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.control.corridor import find_lead
-from luxloop.scenarios.control.surroundings import true_surroundings
+from luxloop.scenarios.control.surroundings import find_lead, true_surroundings
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.plane_geometry import iou_table, turned
 from luxloop.scenarios.metrics.definitions import DRIVERS, SAFETY

@@ -23,7 +23,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from luxloop.scenarios.dataset import obstacle_table
+from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values, readme
 from luxloop.scenarios.dataset.dataset_rows import rows_of
 from luxloop.scenarios.errors import OutputError
@@ -68,7 +68,7 @@ class DatasetWriter:
             As for `add`.
         """
         try:
-            obstacle_table.write(self._folder, obstacles)
+            dataset_rows.write(self._folder, obstacles)
         except OSError as error:
             raise atomic_folder.cannot_write(self._folder, self._option, error) from error
 

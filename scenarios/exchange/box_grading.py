@@ -1,19 +1,24 @@
 """Grading of tracks against true boxes, both from files: all metrics that need no run."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.exchange.box_metric import mean, metric
 from luxloop.scenarios.exchange.box_metric_names import DEFINITIONS
-from luxloop.scenarios.exchange.pair_errors import distance_steps, pair_errors
-from luxloop.scenarios.exchange.paired_frames import FramePairs, tracking_sequence
-from luxloop.scenarios.exchange.recall_average import average, recall_curve, track_scores
+from luxloop.scenarios.exchange.distance_matching import (
+    NOT_MATCHED,
+    DistanceStep,
+    average,
+    match_frames,
+    recall_curve,
+    track_scores,
+)
+from luxloop.scenarios.exchange.paired_frames import BoxLimits, FramePairs, distances, tracking_sequence
 from luxloop.scenarios.grading import gospa
 from luxloop.scenarios.grading.id_switches import HitStep, clear_hits
+from luxloop.scenarios.grading.plane_geometry import iou, wrap
 from luxloop.scenarios.grading.score_sums import TrackingScores
 from luxloop.scenarios.grading.tracking_scores import VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
@@ -22,24 +27,6 @@ from luxloop.scenarios.result import Metric
 NO_TRUTH = "the truth has no boxes"
 NO_BOXES = "the files have no boxes"
 NO_HITS = "no track hits a true box"
-
-
-@dataclass(frozen=True, slots=True)
-class BoxLimits:
-    """Limits of the metrics."""
-
-    hit_iou_min: float = 0.5
-    """Least overlap of a hit of CLEAR and Identity (trackeval's default)."""
-    gospa_cutoff_m: float = 2.0
-    """Cut-off c of GOSPA [m], as in the grading of runs."""
-    pair_distance_m: float = 2.0
-    """Distance of the centres below which truth and track are a pair [m], for AMOTA and errors (nuScenes)."""
-    points_min: int = 0
-    """Least number of LIDAR points of a true box; others, and the tracks on them, are neither right nor wrong."""
-    range_max_m: float | None = None
-    """Largest distance from the ego [m]; true boxes beyond, the tracks on them, and other tracks there are the same."""
-    occluded_max: int | None = None
-    """Highest level of occlusion of KITTI of a true box; others are the same."""
 
 
 def grade(pairs: FramePairs, limits: BoxLimits) -> dict[str, Metric]:
@@ -130,3 +117,66 @@ def _by_class(pairs: FramePairs) -> Iterator[tuple[FramePairs, Ints]]:
         return
     for name in np.unique(truth):
         yield pairs.select(truth == name, tracks == name), np.flatnonzero(tracks == name)
+
+
+NO_PAIRS = "no track is near a true box"
+
+
+def pair_errors(pairs: FramePairs, distance_m: float) -> dict[str, Metric]:
+    """Return the errors of all pairs of truth and tracks that match by distance."""
+    rows: list[tuple[Ints, Ints]] = []
+    matches = match_frames(distance_steps(pairs), distance_m)
+    for (true, tracked), match in zip(pairs.steps(), matches, strict=True):
+        pair = np.flatnonzero(match.track != NOT_MATCHED)
+        rows.append((true[pair], tracked[match.track[pair]]))
+    true, tracked = (np.concatenate([np.empty(0, np.int64), *(row[k] for row in rows)]) for k in (0, 1))
+    a, b = pairs.truth.boxes[true], pairs.tracks.boxes[tracked]
+    error = b - a
+    return {
+        **mean("track.position_abs_mean_m", np.hypot(error[:, 0], error[:, 1]), NO_PAIRS),
+        **mean("track.iou_mean", iou(a, b), NO_PAIRS),
+        **mean("track.heading_abs_mean_deg", np.degrees(np.abs(wrap(error[:, 2]))), NO_PAIRS),
+        **mean("track.length_abs_mean_m", np.abs(error[:, 3]), NO_PAIRS),
+        **mean("track.width_abs_mean_m", np.abs(error[:, 4]), NO_PAIRS),
+        **_velocity(pairs, true, tracked),
+        **_height(pairs, true, tracked),
+    }
+
+
+def _velocity(pairs: FramePairs, true: Ints, tracked: Ints) -> dict[str, Metric]:
+    name = "track.velocity_abs_mean_mps"
+    for table in (pairs.truth, pairs.tracks):
+        if table.velocity is None:
+            return metric(name, None, 0, f"{table.source.name} has no velocities")
+    assert pairs.truth.velocity is not None
+    assert pairs.tracks.velocity is not None
+    error = np.hypot(*(pairs.tracks.velocity[tracked] - pairs.truth.velocity[true]).T)
+    return mean(name, error[np.isfinite(error)], f"{NO_PAIRS} with a known velocity")
+
+
+def _height(pairs: FramePairs, true: Ints, tracked: Ints) -> dict[str, Metric]:
+    name = "track.height_abs_mean_m"
+    for table in (pairs.truth, pairs.tracks):
+        if table.height_m is None:
+            return metric(name, None, 0, f"{table.source.name} has no heights")
+    assert pairs.truth.height_m is not None
+    assert pairs.tracks.height_m is not None
+    return mean(name, np.abs(pairs.tracks.height_m[tracked] - pairs.truth.height_m[true]), NO_PAIRS)
+
+
+def distance_steps(pairs: FramePairs) -> Iterator[DistanceStep]:
+    """Yield ids and distances of each frame."""
+    for true, tracked in pairs.steps():
+        yield DistanceStep(pairs.truth_id[true], pairs.track_id[tracked], distances(pairs, true, tracked))
+
+
+def metric(name: str, value: float | None, n: int, why_none: str) -> dict[str, Metric]:
+    """Return a metric; without a value or observations it has the reason `why_none`."""
+    unit = DEFINITIONS[name].unit
+    known = value is not None and n > 0
+    return {name: Metric(float(value), unit, n) if known and value is not None else Metric(None, unit, n, why_none)}
+
+
+def mean(name: str, values: Floats, why_none: str) -> dict[str, Metric]:
+    """Return the mean of values (n,)."""
+    return metric(name, float(values.mean()) if len(values) else None, len(values), why_none)

@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from luxloop.scenarios.exchange.file_formats import first_line
-from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.exchange.file_formats import Role, first_line
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable

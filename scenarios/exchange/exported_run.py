@@ -14,9 +14,6 @@ from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.tracker.scan import Scan
 
-TRACK_HEIGHT_M = 1.5
-"""Height of the boxes of tracks; the tracker estimates none."""
-
 
 class RunFormat(Protocol):
     """Format of exported runs, a plug-in of the group `luxloop.formats`."""

@@ -2,15 +2,18 @@
 
 import codecs
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from luxloop.plugins import formats_that
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.exchange.file_role import Role
 from luxloop.scenarios.files.format_option import format_named
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
+
+
+Role = Literal["truth", "tracks"]
+
 
 HEAD_BYTES = 2048
 

@@ -9,13 +9,20 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from luxloop.scenarios.exchange.box_grading import BoxLimits, grade
+from luxloop.scenarios.exchange.box_grading import grade
 from luxloop.scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES, Definition
 from luxloop.scenarios.exchange.box_table import BoxTable
-from luxloop.scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
 from luxloop.scenarios.exchange.file_formats import read
-from luxloop.scenarios.exchange.ignored_boxes import leave_out
-from luxloop.scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
+from luxloop.scenarios.exchange.paired_frames import (
+    BoxLimits,
+    FramePairs,
+    about_the_ego,
+    in_common_axes,
+    leave_out,
+    of_classes,
+    pair_frames,
+    require_common_frames,
+)
 from luxloop.scenarios.report.cells import counted, table_of, value_of
 from luxloop.scenarios.result import Metric
 from luxloop.scenarios.run.run_folder import metric_document

@@ -9,15 +9,23 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from luxloop.scenarios.arrays import Bools, Ints
-from luxloop.scenarios.exchange import fit_table
-from luxloop.scenarios.exchange.box_grading import BoxLimits
-from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
-from luxloop.scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
-from luxloop.scenarios.exchange.file_formats import read
-from luxloop.scenarios.exchange.ignored_boxes import outside
-from luxloop.scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
+from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.exchange import tabular_boxes
+from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable, Texts
+from luxloop.scenarios.exchange.file_formats import read, recognise
+from luxloop.scenarios.exchange.paired_frames import (
+    BoxLimits,
+    FramePairs,
+    about_the_ego,
+    in_common_axes,
+    of_classes,
+    outside,
+    pair_frames,
+    require_common_frames,
+)
 from luxloop.scenarios.grading.fit_errors import corner_gaps, heading_errors
 from luxloop.scenarios.grading.plane_geometry import iou, iou_table
+from luxloop.scenarios.offline.track_file import read_table, require
 from luxloop.scenarios.report.cells import counted, table_of, value_of
 from luxloop.scenarios.result import Metric
 from luxloop.scenarios.run.run_folder import metric_document
@@ -50,7 +58,7 @@ class GradedFits:
         TracksError
             A file is not valid, or they do not belong together.
         """
-        rectangles, method = fit_table.read(fits)
+        rectangles, method = read_fits(fits)
         pairs = _paired(read(truth, "truth", truth_format), rectangles, classes, limits)
         true, fit = _matches(pairs)
         graded = ~outside(pairs.truth, limits)[true]
@@ -133,3 +141,28 @@ def _figures(pairs: FramePairs, true: Ints, fit: Ints, chosen: Bools, about_ego:
         for (name, unit), value in zip(UNITS.items(), values, strict=True)
     }
     return found if about_ego else {**found, "position_abs_mean_m": Metric(None, "m", len(box), NO_EGO)}
+
+
+METHOD = "method"
+"""Column with the name of the method of each rectangle; without it, all are of one."""
+ONE_METHOD = "all"
+
+
+def read_fits(path: Path) -> tuple[list[BoxTable], Texts]:
+    """Return the rectangles, once for each frame of reference; their ids are the rows in the method names (N,).
+
+    Raises
+    ------
+    TracksError
+        The file is neither CSV nor Parquet, lacks a column, or has an invalid cell.
+    """
+    found = recognise(path)
+    if found not in ("csv", "parquet"):
+        raise TracksError(f"{path}: is of the format {found}; give fits as CSV or Parquet")
+    table = read_table(path, parquet=found == "parquet")
+    rows = table.drop(columns=["status", *tabular_boxes.IDS], errors="ignore").assign(id=np.arange(len(table)))
+    if METHOD not in table:
+        return tabular_boxes.boxes_of(path, rows), np.full(len(table), ONE_METHOD)
+    cells = table[METHOD]
+    require(path, cells, ~cells.isna().to_numpy(np.bool_), "give the name of the method")
+    return tabular_boxes.boxes_of(path, rows), np.array([str(cell) for cell in cells], np.str_)

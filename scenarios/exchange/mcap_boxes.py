@@ -8,10 +8,10 @@ import numpy as np
 from luxloop.scenarios.arrays import Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import ANY_AXES, BoxTable, checked, is_count
-from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.exchange.file_formats import Role
 from luxloop.scenarios.exchange.tabular_boxes import CONFIRMED
-from luxloop.scenarios.offline.mcap.box_scenes import POINTS
 from luxloop.scenarios.offline.mcap.boxes import DETECTIONS, OBJECTS, FoundBox, read_boxes, topic_types
+from luxloop.scenarios.offline.mcap.objects import POINTS
 
 TOPICS: dict[Role, str] = {"truth": "/truth/boxes", "tracks": "/tracks"}
 """Topics of `luxloop mcap`."""

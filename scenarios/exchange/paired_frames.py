@@ -1,16 +1,80 @@
-"""Frames that the two files of a grading have in common, and the boxes of each of them."""
+"""Boxes of the two files of a grading: of the same axes and classes, inside the limits, and frame by frame."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.exchange.box_table import BoxTable
+from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
+from luxloop.scenarios.grading.id_switches import ROUNDING
 from luxloop.scenarios.grading.plane_geometry import iou_table
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
+
+
+def in_common_axes(truth: list[BoxTable], tracks: list[BoxTable]) -> tuple[BoxTable, BoxTable]:
+    """Return the first tables of both files in the same frame of reference.
+
+    Raises
+    ------
+    TracksError
+        There is none.
+    """
+    pairs = [(a, b) for a in truth for b in tracks if ANY_AXES in (a.axes, b.axes) or a.axes == b.axes]
+    if not pairs:
+        there, here = (" and ".join(table.axes for table in tables) for tables in (truth, tracks))
+        raise TracksError(
+            f"{tracks[0].source}: its positions are in {here} axes, those of {truth[0].source} in {there} axes; "
+            "give both files in the same frame of reference"
+        )
+    return min(pairs, key=lambda pair: pair[0].axes != pair[1].axes)
+
+
+def about_the_ego(tables: list[BoxTable]) -> list[BoxTable]:
+    """Return the tables whose axes start at the ego.
+
+    Raises
+    ------
+    TracksError
+        There is none, so the distances from the ego are unknown.
+    """
+    found = [table for table in tables if table.axes in EGO_AXES]
+    if not found:
+        axes = " and ".join(table.axes or "unnamed" for table in tables)
+        raise TracksError(
+            f"{tables[0].source}: its positions are in {axes} axes, so distances from the ego are unknown; "
+            "give positions in the ego frame (x_ego_m), or --points-min instead of --range-max"
+        )
+    return found
+
+
+def of_classes(truth: BoxTable, tracks: BoxTable, classes: list[str]) -> tuple[BoxTable, BoxTable]:
+    """Return the boxes of some classes; tracks without classes are all kept.
+
+    Raises
+    ------
+    TracksError
+        The truth has no classes, or not these.
+    """
+    wanted = [name.strip().lower() for name in classes]
+    if truth.kind is None:
+        raise TracksError(f"{truth.source}: has no classes; leave --classes out")
+    known = sorted(set(truth.kind.tolist()))
+    missing = [name for name in wanted if name not in known]
+    if missing:
+        raise TracksError(f"{truth.source}: --classes {missing[0]}: not in the file; it has {', '.join(known)[:300]}")
+    kept = [table if table.kind is None else table.select(_is_among(table, wanted)) for table in (truth, tracks)]
+    return kept[0], kept[1]
+
+
+def _is_among(table: BoxTable, names: list[str]) -> Bools:
+    found: Bools = np.isin(table.kind, names)  # type: ignore[arg-type]
+    return found
+
 
 TIME_TOLERANCE_S = 1e-3
 """[s] Times of one frame in the two files differ by less: programs round times."""
@@ -145,3 +209,88 @@ def _scene_ids(table: BoxTable, truth: BoxTable) -> npt.NDArray[np.str_]:
         return table.id
     scenes = [truth.scene_of.get(sample, "") for sample in table.sample.tolist()]
     return np.array([f"{scene} {name}" for scene, name in zip(scenes, table.id.tolist(), strict=True)], np.str_)
+
+
+@dataclass(frozen=True, slots=True)
+class BoxLimits:
+    """Limits of the metrics."""
+
+    hit_iou_min: float = 0.5
+    """Least overlap of a hit of CLEAR and Identity (trackeval's default)."""
+    gospa_cutoff_m: float = 2.0
+    """Cut-off c of GOSPA [m], as in the grading of runs."""
+    pair_distance_m: float = 2.0
+    """Distance of the centres below which truth and track are a pair [m], for AMOTA and errors (nuScenes)."""
+    points_min: int = 0
+    """Least number of LIDAR points of a true box; others, and the tracks on them, are neither right nor wrong."""
+    range_max_m: float | None = None
+    """Largest distance from the ego [m]; true boxes beyond, the tracks on them, and other tracks there are the same."""
+    occluded_max: int | None = None
+    """Highest level of occlusion of KITTI of a true box; others are the same."""
+
+
+def leave_out(pairs: FramePairs, limits: BoxLimits) -> FramePairs:
+    """Return the pairs without true boxes outside the limits, and without the tracks on them.
+
+    Tracks are matched with all true boxes of a frame by the largest sum of overlaps; those matched with a box that is
+    left out are left out, too, as distractors are in the benchmarks of KITTI and MOTChallenge (trackeval's
+    preprocessing). So are tracks beyond the range that match no box.
+
+    Parameters
+    ----------
+    pairs
+        All boxes; with a limit of range, in axes about the ego.
+    limits
+        Limits of points, range and occlusion, and the least overlap of a match.
+
+    Raises
+    ------
+    TracksError
+        The truth has no numbers of points or levels of occlusion, which a limit needs.
+    """
+    if not limits.points_min and limits.range_max_m is None and limits.occluded_max is None:
+        return pairs
+    ignored = outside(pairs.truth, limits)
+    far = _beyond(pairs.tracks, limits.range_max_m)
+    kept = np.ones(len(pairs.tracks), np.bool_)
+    for true, tracked in pairs.steps():
+        overlap = iou_table(pairs.truth.boxes[true], pairs.tracks.boxes[tracked])
+        row, column = _matched(overlap, limits.hit_iou_min)
+        single = np.delete(tracked, column)
+        kept[tracked[column[ignored[true[row]]]]] = False
+        kept[single[far[single]]] = False
+    return pair_frames(pairs.truth.select(~ignored), pairs.tracks.select(kept))
+
+
+def outside(truth: BoxTable, limits: BoxLimits) -> Bools:
+    """(N,) True for true boxes outside a limit.
+
+    Raises
+    ------
+    TracksError
+        As for `leave_out`.
+    """
+    ignored = _beyond(truth, limits.range_max_m)
+    if limits.points_min:
+        if truth.points is None:
+            raise TracksError(f"{truth.source}: has no numbers of points; leave --points-min out")
+        ignored |= truth.points < limits.points_min
+    if limits.occluded_max is not None:
+        if truth.occluded is None:
+            raise TracksError(f"{truth.source}: has no levels of occlusion, as KITTI has; leave --occluded-max out")
+        ignored |= truth.occluded > limits.occluded_max
+    return ignored
+
+
+def _beyond(table: BoxTable, range_max_m: float | None) -> Bools:
+    """(N,) True for centres beyond a distance from the origin; none without a limit."""
+    found: Bools = np.hypot(table.boxes[:, 0], table.boxes[:, 1]) > (np.inf if range_max_m is None else range_max_m)
+    return found
+
+
+def _matched(overlap: Floats, hit_iou_min: float) -> tuple[Ints, Ints]:
+    """Return rows and columns of the matches in an overlap table (t, k)."""
+    score = np.where(overlap < hit_iou_min - ROUNDING, 0.0, overlap)
+    row, column = scipy.optimize.linear_sum_assignment(score, maximize=True)
+    hit = score[row, column] > 0.0
+    return row[hit], column[hit]

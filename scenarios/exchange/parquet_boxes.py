@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.exchange.file_formats import Role
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable

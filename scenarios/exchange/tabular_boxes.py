@@ -10,7 +10,7 @@ from luxloop.scenarios.arrays import Bools, Floats
 from luxloop.scenarios.dataset.dataset_columns import Column
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import ANY_AXES, BoxTable, Texts, checked
-from luxloop.scenarios.offline.track_columns import numbers, read_table, require
+from luxloop.scenarios.offline.track_file import numbers, read_table, require
 
 AXES = (ANY_AXES, "odom", "world", "ego")
 """Frames of reference in names of columns: `x_m`, `x_odom_m`, `x_world_m`, `x_ego_m`."""

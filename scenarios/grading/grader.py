@@ -13,19 +13,19 @@ from luxloop.scenarios.grading.blockers import BlockerLog
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.emergence_log import EmergenceLog
 from luxloop.scenarios.grading.emergence_table import emergence_table
+from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.frame_tables import TableBuilder
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.matching import TrackMatcher
+from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.grading.occlusion_table import occlusion_table
 from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
 from luxloop.scenarios.grading.snapshots import Snapshots
 from luxloop.scenarios.grading.track_matches import TrackMatches
 from luxloop.scenarios.grading.truth_events.event_log import EventLog, FrameEvents
-from luxloop.scenarios.metrics.figures import Figures
-from luxloop.scenarios.metrics.observations import RunObservations
 from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
 from luxloop.sim.world import Collision, WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks

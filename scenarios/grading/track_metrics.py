@@ -16,7 +16,7 @@ from luxloop.scenarios.metrics.definitions import CLASSES, NO_TRACK, NO_VEHICLE
 from luxloop.sensor_model.truth import NO_ACTOR
 
 if TYPE_CHECKING:
-    from luxloop.scenarios.metrics.observations import RunObservations
+    from luxloop.scenarios.grading.observations import RunObservations
 
 KEY = ["frame", "track_id"]
 

@@ -11,26 +11,13 @@ from luxloop.scenarios.league.drive import Drive
 from luxloop.scenarios.league.json_file import write_json
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run.device import NoTracks
 from luxloop.scenarios.run.progress import hidden
-from luxloop.scenarios.study import source_code
-from luxloop.tracker.records import Tracks
-from luxloop.tracker.scan import Scan
-from luxloop.tracker.tracker import TrackerConfig
+from luxloop.scenarios.study import run_content
 
 SCANS = "scans"
 CODE = ("sim", "sensor_model", "tracker", "scenarios/grading", "scenarios/league/trackers")
 """Folders of luxloop whose code determines a row."""
-
-
-class NoTracks:
-    """Device without tracks, for the recording of scans."""
-
-    def __init__(self, _config: TrackerConfig) -> None:
-        pass
-
-    def step(self, _scan: Scan) -> Tracks:
-        """Return no tracks."""
-        return Tracks.from_boxes([], [], [], [])
 
 
 def record(drive: Drive) -> str:
@@ -61,7 +48,7 @@ def code_digest(drive: Drive) -> str:
 
 @cache
 def _sources() -> str:
-    return source_code.of_folders(*CODE)
+    return run_content.of_folders(*CODE)
 
 
 def scans_digest(folder: Path) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.run.device import REFERENCE, SHIPPED, TRACKERS, Device
-from luxloop.scenarios.study import source_code
+from luxloop.scenarios.study import run_content
 from luxloop.tracker.tracker import TrackerConfig
 
 
@@ -40,7 +40,7 @@ class Entrant:
     def digest(self) -> str:
         """Digest of the settings, and of the code of a tracker that does not ship with luxloop."""
         own = self.place.startswith("luxloop.")  # `drive_scans.code_digest` has its code
-        code = {} if own else {"code": source_code.of_tracker(self.place)}
+        code = {} if own else {"code": run_content.of_tracker(self.place)}
         text = json.dumps({"place": self.place, **code, **self.settings}, sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=6).hexdigest()
 

@@ -145,7 +145,7 @@ def _fit() -> Iterator[MetricDefinition]:
     )
     yield of_method("iou_mean", "1", "mean bird's-eye overlap of rectangle and true box", "iou", **share)
     yield MetricDefinition(
-        "fit.coverage", "1", "share of the data set's observations with a fitted rectangle", "vehicle", "fitted",
+        "fit.coverage", "1", "share of the data set's observations with a fitted rectangle", "traced_vehicle", "fitted",
         "boxed", filters=OF_VEHICLES, interval=False, **share,
     )  # fmt: skip
     yield from _selected_fit()
@@ -190,16 +190,18 @@ CORNER_FIGURES = {
 
 def _stages() -> Iterator[MetricDefinition]:
     def rate(name: str, meaning: str, kind: str, value: str, rows: str) -> MetricDefinition:
-        filters = OF_VEHICLES if kind == "vehicle" else ("class", "actor", "time")
+        filters = OF_VEHICLES if kind == "traced_vehicle" else ("class", "actor", "time")
         return MetricDefinition(
             f"segmentation.{name}", "1", meaning, kind, value, rows, range=SHARE, filters=filters, interval=False
         )
 
-    yield rate("over_rate", "graded vehicles split over two or more segments", "vehicle", "is_split", "segmented")
+    yield rate(
+        "over_rate", "graded vehicles split over two or more segments", "traced_vehicle", "is_split", "segmented"
+    )
     yield rate("under_rate", "segments of graded vehicles merged with another object", "segment", "is_merged", "")
     yield rate(
-        "missed_rate", "graded vehicles without a segment with most of their points", "vehicle", "has_no_segment",
-        "segmented",
+        "missed_rate", "graded vehicles without a segment with most of their points", "traced_vehicle",
+        "has_no_segment", "segmented",
     )  # fmt: skip
     for name, weight, meaning, why in (
         (

@@ -20,6 +20,8 @@ from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
 from luxloop.sensor_model.rig.rig import Rig
 from luxloop.sim.factory import KINDS
 
+TRACK_HEIGHT_M = 1.5
+"""Height of the boxes of tracks in other formats; the tracker estimates none."""
 NOT_IN_SCENARIO = ("rig", "device", "set", "ego")
 """Keys of the effective config that are not in a scenario file, or have another form there."""
 

@@ -9,16 +9,16 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from luxloop.scenarios.arrays import Floats, Floats32
-from luxloop.scenarios.dataset import obstacle_table
+from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values
 from luxloop.scenarios.dataset.dataset_rows import records_of
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.offline.number_checks import require_actors, require_distinct, require_numbers
 from luxloop.scenarios.run import run_folder
-from luxloop.sensor_model.truth import ScanTruth
+from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
 from luxloop.sim.world import Obstacles, WorldFrame
 from luxloop.tracker.scan import Scan
 
+REMEDY = "run the scenario again with --record-scans"
 ROWS_AT_ONCE = 1 << 17
 """Batch size of reading; a recording may be larger than memory."""
 
@@ -56,8 +56,8 @@ class RecordedScans:
         self._folder, self._units = run / run_folder.SCANS, units
         self._sweep_limits, self._unit_positions_ego = sweep_limits, unit_positions_ego
         if not self._folder.is_dir():
-            raise OutputError(f"{run}: has no recorded scans; run the scenario again with --record-scans")
-        with _readable(self._folder):
+            raise OutputError(f"{run}: has no recorded scans; {REMEDY}")
+        with readable(self._folder, REMEDY):
             scans = pq.read_table(self._folder / "scans.parquet", columns=["frame", "time_s"])
             self.time_s: Floats = scans["time_s"].cast(pa.float64()).to_numpy()
             """(F,) times of the frames [s]."""
@@ -78,14 +78,14 @@ class RecordedScans:
         OutputError
             Their file is damaged.
         """
-        with _readable(self._folder):
-            return obstacle_table.read(self._folder)
+        with readable(self._folder, REMEDY):
+            return dataset_rows.read(self._folder)
 
     def __iter__(self) -> Iterator[tuple[WorldFrame, Scan, ScanTruth]]:
-        with _readable(self._folder):
+        with readable(self._folder, REMEDY):
             files = {name: FrameRows(self._folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
         for frame in range(len(self)):
-            with _readable(self._folder):
+            with readable(self._folder, REMEDY):
                 rows = {name: file.of(frame) for name, file in files.items()}
                 _require_plausible(rows)
             yield records_of(rows, self._units, self._sweep_limits, self._unit_positions_ego)
@@ -123,10 +123,66 @@ def _require_plausible(rows: dict[str, Values]) -> None:
 
 
 @contextmanager
-def _readable(folder: Path) -> Iterator[None]:
-    """Raise errors of missing or damaged files as an OutputError of one line."""
+def readable(folder: Path, remedy: str) -> Iterator[None]:
+    """Raise errors of missing or damaged files as an OutputError of one line that ends with the remedy."""
     try:
         yield
     except (OSError, pa.ArrowException, LookupError, ValueError, TypeError) as error:
         reason = " ".join(str(error).split())
-        raise OutputError(f"{folder}: cannot be read ({reason}); run the scenario again with --record-scans") from error
+        raise OutputError(f"{folder}: cannot be read ({reason}); {remedy}") from error
+
+
+LARGEST = {"time_s": 1e11, "length_m": 200.0, "width_m": 200.0, "height_m": 200.0}
+"""Absolute values by column."""
+LARGEST_OTHER = 1e7
+"""Absolute value in all other columns of numbers, in any unit."""
+SIZES = ("length_m", "width_m", "height_m")
+UNIQUE = ("frame", "actor_id")
+
+
+def require_numbers(values: Values) -> None:
+    """Check columns of numbers: finite and of a plausible size; sizes of vehicles are positive.
+
+    Raises
+    ------
+    ValueError
+        A cell is not; the message names its column.
+    """
+    for name, column in values.items():
+        if column.dtype.kind == "f" and not np.all(np.abs(column) <= LARGEST.get(name, LARGEST_OTHER)):
+            raise ValueError(f"column {name}: {_worst(column):g} is no plausible number")
+    for name in SIZES:
+        if name in values and not np.all(values[name] > 0.0):
+            raise ValueError(f"column {name}: should be positive")
+
+
+def require_actors(points: Values, labels: Values) -> None:
+    """Check that every point on an actor has the label of the actor in the frame.
+
+    Raises
+    ------
+    ValueError
+        One has none.
+    """
+    on_actors = points["actor_id"][points["actor_id"] != NO_ACTOR]
+    if not np.isin(on_actors, labels["actor_id"]).all():
+        raise ValueError("labels.parquet: an actor with points has no label")
+
+
+def require_distinct(labels: Values) -> None:
+    """Check that each actor has one label in a frame.
+
+    Raises
+    ------
+    ValueError
+        One has two.
+    """
+    rows = np.column_stack([labels[name] for name in UNIQUE])
+    if len(np.unique(rows, axis=0)) < len(rows):
+        raise ValueError("labels.parquet: an actor has two labels in a frame")
+
+
+def _worst(column: Floats) -> float:
+    """Return the first number that is not finite, or else the largest."""
+    wrong = column[~np.isfinite(column)]
+    return float(wrong[0] if len(wrong) else column[np.argmax(np.abs(column))])

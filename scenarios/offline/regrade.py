@@ -10,18 +10,18 @@ from luxloop.scenarios.errors import ScenarioError
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import grader
 from luxloop.scenarios.grading.body_points import Ranging
+from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric
-from luxloop.scenarios.metrics.figures import Figures
 from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.recorded_scans import RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run import car_ahead, own_metrics, versions
+from luxloop.scenarios.run import own_metrics, versions, warm_up
+from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
 from luxloop.scenarios.run.stopwatch import Stopwatch
-from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.trace_hash import TraceHash
 
 SIMULATORS = ("libsumo", "highway-env")
@@ -88,7 +88,7 @@ class Regrader:
         """
         scans, config = self._run.scans(), self._run.scenario.tracker
         with guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
-            for _, (frame, scan, truth) in zip(range(car_ahead.FRAMES), scans, strict=False):
+            for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
                 unused.show_truth(frame, truth)
                 unused.checked(unused.step(scan), scan)
         with guarded(make_device, config, step_timeout_s) as tracker:

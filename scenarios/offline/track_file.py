@@ -1,17 +1,161 @@
-"""Tracks from a file of another program, as a device under test for recorded scans."""
+"""Tracks from a file of another program, as a device under test for recorded scans.
+
+The layout is documented in docs/other-trackers.md.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
+import pyarrow.parquet as pq
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.dataset.dataset_columns import Column
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.offline import track_columns
-from luxloop.tracker.records import Tracks
+from luxloop.scenarios.grading.frame_tables import LABELS
+from luxloop.sim import csv_rows
+from luxloop.tracker.records import Status, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
+
+WHEN = (
+    Column("frame", np.int64, "", "number of the scan, from 0, as in `scans.parquet`"),
+    Column("time_s", np.float64, "s", "time of the scan, within 1 ms; used without `frame`"),
+)
+REQUIRED = (
+    Column("track_id", np.int64, "", "id of the track, 0 or more: the same in all frames, never reused"),
+    Column("x_odom_m", np.float64, "m", "centre of the box, in the odometry frame of `odom_x_m` and `odom_y_m`"),
+    Column("y_odom_m", np.float64, "m", "the same, y"),
+    Column("heading_odom_rad", np.float64, "rad", "heading of its front, counter-clockwise from the x axis"),
+    Column("length_m", np.float64, "m", "length of the box, along the heading"),
+    Column("width_m", np.float64, "m", "width of the box"),
+)
+VELOCITY = (
+    Column("vx_odom_mps", np.float64, "m/s", "velocity over ground, on the axes of the odometry frame"),
+    Column("vy_odom_mps", np.float64, "m/s", "the same, y; empty cells where the velocity is unknown"),
+)
+OPTIONAL = (
+    Column(
+        "status",
+        tuple(status.name.lower() for status in Status),
+        "",
+        "default `confirmed`; other tracks are not reported",
+    ),
+    Column("label", LABELS, "", "`small` for people and bicycles; without the column, the classes are unknown"),
+)
+"""A file needs one of `WHEN` and all of `REQUIRED`; others than these, `VELOCITY` and `OPTIONAL` are not read."""
+
+
+def read(path: Path) -> pd.DataFrame:
+    """Return the columns of a file in their types; `status` as codes.
+
+    Raises
+    ------
+    TracksError
+        The file is missing or not a table, lacks a column, or has an invalid cell. Rows are counted from 1, without
+        the header.
+    """
+    table = read_table(path, parquet=path.suffix == ".parquet")
+    when = [column for column in WHEN if column.name in table][:1]
+    if not when:
+        raise TracksError(f"{path}: no column frame or time_s; add one that gives the scan of each row")
+    columns: dict[str, npt.NDArray[Any]] = {}
+    for column in (*when, *REQUIRED):
+        if column.name not in table:
+            raise TracksError(f"{path}: no column {column.name}; found {', '.join(table)}; see docs/other-trackers.md")
+        columns[column.name] = numbers(path, table[column.name], column)
+    for name in ("length_m", "width_m"):
+        require(path, table[name], columns[name] > 0, "should be more than 0")
+    require(path, table["track_id"], columns["track_id"] >= 0, "should be 0 or more")
+    columns |= _velocity(path, table)
+    return pd.DataFrame({**columns, "status": _status(path, table), **_small(path, table)})
+
+
+def require(path: Path, cells: pd.Series, valid: Bools, remedy: str) -> None:
+    """Raise a TracksError for the first row whose cell is not valid; `valid` is (N,)."""
+    if not valid.all():
+        row = int(np.argmin(valid))
+        cell = cells.iloc[row]
+        shown = "an empty cell" if pd.api.types.is_scalar(cell) and pd.isna(cell) else str(cell)[:60]
+        raise TracksError(f"{path}: column {cells.name}, row {row + 1}: {shown}: {remedy}")
+
+
+def read_table(path: Path, *, parquet: bool) -> pd.DataFrame:
+    """Return a CSV or Parquet file; the cells of CSV are texts.
+
+    Raises
+    ------
+    TracksError
+        The file cannot be read as a table, or the rows of a CSV file have more cells than its header.
+    """
+    try:
+        if parquet:
+            return pq.read_table(path).to_pandas()
+        table = pd.read_csv(path, dtype=str, skipinitialspace=True, keep_default_na=False, na_values=[""])
+    except (ValueError, OSError) as error:  # not Parquet, not UTF-8 and not rectangular are ValueErrors
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        raise TracksError(
+            f"{path}: cannot be read ({reason}); give a CSV file with a header, or a .parquet file"
+        ) from error
+    if fault := csv_rows.surplus(table):
+        raise TracksError(f"{path}: {fault}")
+    return table.rename(columns=str.strip)
+
+
+def numbers(path: Path, cells: pd.Series, column: Column) -> npt.NDArray[Any]:
+    """Return (N,) finite numbers, as integers if the column has an integer type.
+
+    Raises
+    ------
+    TracksError
+        A cell is no such number.
+    """
+    values: Floats = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64, na_value=np.nan)
+    require(path, cells, np.isfinite(values), "should be a number")
+    if column.kind is not np.int64:
+        return values
+    require(path, cells, (values == np.rint(values)) & (np.abs(values) < 2**53), "should be an integer")
+    return values.astype(np.int64)
+
+
+def _velocity(path: Path, table: pd.DataFrame) -> dict[str, npt.NDArray[Any]]:
+    """Return (N,) both components, NaN where they are empty or the file has no such columns."""
+    found = [column for column in VELOCITY if column.name in table]
+    if len(found) == 1:
+        raise TracksError(f"{path}: column {found[0].name} without the other of vx_odom_mps and vy_odom_mps; add it")
+    values = {column.name: np.full(len(table), np.nan) for column in VELOCITY}
+    for column in found:
+        cells = table[column.name]
+        numbers: Floats = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64, na_value=np.nan)
+        require(path, cells, np.isfinite(numbers) | cells.isna().to_numpy(), "should be a number, or empty")
+        values[column.name] = numbers
+    x, y = (np.isnan(numbers) for numbers in values.values())
+    for column in found:
+        require(path, table[column.name], x == y, "should be empty in both columns of the velocity, or in none")
+    return values
+
+
+def _status(path: Path, table: pd.DataFrame) -> npt.NDArray[np.uint8]:
+    """Return (N,) `Status`; all are confirmed if the file has no such column."""
+    if "status" not in table:
+        return np.full(len(table), Status.CONFIRMED, np.uint8)
+    names = {status.name.lower(): status for status in Status}
+    valid = table["status"].isin(list(names)).to_numpy(np.bool_)
+    require(path, table["status"], valid, f"should be one of {', '.join(names)}")
+    return np.array([names[name] for name in table["status"]], dtype=np.uint8)
+
+
+def _small(path: Path, table: pd.DataFrame) -> dict[str, Bools]:
+    """Return `small`, (N,) True for people and bicycles; nothing if the file has no column `label`."""
+    if "label" not in table:
+        return {}
+    valid = table["label"].isin(LABELS).to_numpy(np.bool_)
+    require(path, table["label"], valid, f"should be one of {', '.join(LABELS)}")
+    return {"small": (table["label"] == "small").to_numpy(np.bool_)}
+
 
 TIME_TOLERANCE_S = 1e-3
 """[s] Tolerance between the time of a row and of its scan: programs round times."""
@@ -34,7 +178,7 @@ class TrackFile:
     """
 
     def __init__(self, path: Path, time_s: Floats) -> None:
-        rows = track_columns.read(path)
+        rows = read(path)
         frame = _frames(path, rows, time_s)
         _refuse_duplicates(path, rows["track_id"].to_numpy(), frame)
         order = np.argsort(frame, kind="stable")
@@ -56,12 +200,12 @@ def _frames(path: Path, rows: pd.DataFrame, time_s: Floats) -> Ints:
     if "frame" in rows:
         frame: Ints = rows["frame"].to_numpy()
         known = (frame >= 0) & (frame < len(time_s))
-        track_columns.require(path, rows["frame"], known, f"the run has frames 0 to {len(time_s) - 1}")
+        require(path, rows["frame"], known, f"the run has frames 0 to {len(time_s) - 1}")
         return frame
     time = rows["time_s"].to_numpy()
     nearest: Ints = np.searchsorted(0.5 * (time_s[1:] + time_s[:-1]), time)
     near = np.abs(time - time_s[nearest]) <= TIME_TOLERANCE_S
-    track_columns.require(path, rows["time_s"], near, "no scan is within 1 ms of it; see time_s in scans.parquet")
+    require(path, rows["time_s"], near, "no scan is within 1 ms of it; see time_s in scans.parquet")
     return nearest
 
 

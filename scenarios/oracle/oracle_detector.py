@@ -1,17 +1,200 @@
-"""Detection with oracles in place of stages."""
+"""Detection with oracles in place of stages.
 
-from luxloop.scenarios.arrays import Bools
+Segmentation: all points of an actor after preprocessing are one segment.
+
+Background removal and the merging of pieces, parts of the real stage, do not apply to actors. The real stage groups the
+points on no actor: later stages decide if a wall or a cloud of spray is a vehicle, as without the oracle. Segments with
+too few points are dropped.
+
+Outlier removal: in the segment of a vehicle exactly the noise is removed.
+
+The real stage assigns the remaining points to lines, without the noise. Points of the vehicle that it would remove get
+a separate line, which has no effect on the heading but counts for the sides. Points of other objects in the segment, a
+neighbour or a wall, are errors of segmentation: the real stage decides on them.
+
+A segment that contains only noise gets no rectangle and no box.
+
+Fitting: the segment of a vehicle gets the true rectangle of the visible part of the vehicle.
+
+The rectangle has the true heading, and the true ends where clean points reach them. Where an occluder truncates the
+vehicle, or a single side is visible, the rectangle ends at the points, like that of the real stage: the length of a
+vehicle that shows its rear is estimated by the track. The real stage decides if the rectangle becomes a box.
+
+Segments without an owner, of pedestrians and cyclists, and of articulated trucks in a bend keep the real fit.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW
-from luxloop.scenarios.oracle import oracle_fit as fit
-from luxloop.scenarios.oracle import oracle_outliers, oracle_segmentation
-from luxloop.scenarios.oracle.oracle_context import OracleContext
-from luxloop.scenarios.oracle.oracle_truth import Truth
+from luxloop.scenarios.grading.plane_geometry import QUARTER, turned
+from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import Detector, DetectorConfig
+from luxloop.tracker.detection.segmentation import keep_only, regrouped
+from luxloop.tracker.geometry import fold
 from luxloop.tracker.merging import Pieces
-from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
+from luxloop.tracker.records import METHODS, NOT_USED, Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
 from luxloop.tracker.scan import Scan
+
+REMOVED = -1
+
+
+def link(real: Callable[[SegmentedPoints], Linkage], points: SegmentedPoints, noise: Bools, on_owner: Bools) -> Linkage:
+    """Remove the noise, and link the remaining points by the real stage.
+
+    Parameters
+    ----------
+    real
+        The real stage.
+    noise
+        (N,) mask of noise.
+    on_owner
+        (N,) mask of points on the owner of their segment.
+    """
+    segments = points.segments
+    clean = Segments(np.where(noise, NOT_USED, segments.label), segments.count)
+    remaining = has_points(clean.label != NOT_USED, segments)
+    linkage = real(regrouped(points, keep_only(clean, remaining)))
+    heading = np.zeros(segments.count)
+    heading[remaining] = linkage.heading
+    wrongly_removed = on_owner & ~noise & (linkage.line == REMOVED)
+    own_line = linkage.line.max(initial=0) + 1
+    return Linkage(np.where(wrongly_removed, own_line, linkage.line), heading)
+
+
+def has_points(points: Bools, segments: Segments) -> Bools:
+    """(S,) mask of segments that contain at least one point of the mask `points` (N,)."""
+    return np.bincount(segments.label[points], minlength=segments.count) > 0
+
+
+def with_placeholder_lines(linkage: Linkage, segments: Segments, gone: Bools) -> Linkage:
+    """Put the points of segments that are `gone` (S,) on a line, because the fit needs one."""
+    of_gone = np.append(gone, False)[segments.label]
+    return replace(linkage, line=np.where(of_gone, 0, linkage.line))
+
+
+def without_rectangles(candidates: Candidates, gone: Bools) -> Candidates:
+    """Set the rectangles of segments that are `gone` (S,) to NaN, so that they get no box."""
+    return replace(
+        candidates,
+        heading=np.where(gone[:, None], np.nan, candidates.heading),
+        center_ego=np.where(gone[:, None, None], np.nan, candidates.center_ego),
+        size=np.where(gone[:, None, None], np.nan, candidates.size),
+    )
+
+
+def actors_first(point_row: Ints, keep: Bools, rest: Segments, points_min: int) -> Segments:
+    """Make a segment of each actor, of the points to `keep` (N,), and append the segments of the `rest`.
+
+    Parameters
+    ----------
+    point_row
+        (N,) row of the actor each point lies on, -1 for none.
+    rest
+        Segments of the points on no actor.
+    points_min
+        Segments of actors with fewer points are dropped.
+    """
+    own = keep & (point_row != NO_ACTOR_ROW)
+    count = int(point_row.max(initial=NO_ACTOR_ROW)) + 1
+    actors = Segments(np.where(own, point_row, NOT_USED), count)
+    actors = keep_only(actors, np.bincount(point_row[own], minlength=count) >= points_min)
+    after = np.where(rest.label == NOT_USED, NOT_USED, rest.label + actors.count)
+    return Segments(np.where(own, actors.label, after), actors.count + rest.count)
+
+
+BEST = METHODS.index("refined")
+"""Column of `METHODS` that the true rectangle replaces; other columns are unchanged, to be graded."""
+END_MARGIN_M = 0.5
+"""Points this near to an end show that end [m]: corners are rounded by 0.25 to 0.4, beams at 40 m are 0.17 apart."""
+CORNER_STD_M, HEADING_STD_RAD = 0.01, math.radians(0.1)
+"""Standard deviations of exact boxes: the smallest that keep the filters stable."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrueRectangles:
+    """Visible rectangles of K segments."""
+
+    segment: Ints
+    """(K,) segment of each rectangle."""
+    heading: Floats
+    """(K,) ego frame, in [0, pi/2)."""
+    center_ego: Floats
+    """(K, 2) [m]."""
+    size: Floats
+    """(K, 2) along and across that heading [m]."""
+
+
+def rectangles(points: SegmentedPoints, truth: Truth) -> TrueRectangles:
+    """Return the visible rectangle of every segment that a vehicle owns.
+
+    `points` are deskewed; the true velocity compensates for the remaining time offsets. The rectangle of a vehicle
+    without a clean point is that of its noise.
+    """
+    segments, label, actor = points.segments, points.label, truth.point_row[points.source]
+    segment = np.flatnonzero(truth.boxed_owner(segments))
+    boxes = truth.boxes_ego[truth.owner_row(segments)[segment]]
+    own = np.flatnonzero(truth.on_owner(segments)[points.source] & truth.boxed[actor])
+    clean = own[~truth.noise[points.source[own]]]
+    only_noise = np.bincount(label[clean], minlength=segments.count) == 0
+    used = np.append(clean, own[only_noise[label[own]]])
+    row = np.searchsorted(segment, label[used])
+    way = truth.velocity_ego[actor[used]] * points.time_offset[used, None]
+    low, high = visible(turned(points.xy[used] - way - boxes[row, :2], -boxes[row, 2]), row, boxes[:, 3:])
+    heading = fold(boxes[:, 2])
+    quarters = np.rint((boxes[:, 2] - heading) / QUARTER).astype(np.int64)
+    size = np.where((quarters % 2 == 1)[:, None], (high - low)[:, ::-1], high - low)
+    return TrueRectangles(segment, heading, boxes[:, :2] + turned(0.5 * (low + high), boxes[:, 2]), size)
+
+
+def visible(points: Floats, row: Ints, size: Floats) -> tuple[Floats, Floats]:
+    """Return the low and high corner (K, 2) of the part of boxes (K, 2) that points (P, 2) show, box frames [m].
+
+    `row` (P,) is the box of each point; each box has at least one.
+    """
+    low, high = np.full_like(size, np.inf), np.full_like(size, -np.inf)
+    np.minimum.at(low, row, points)
+    np.maximum.at(high, row, points)
+    end = 0.5 * size
+    low = np.where(low < -end + END_MARGIN_M, -end, np.minimum(low, end))
+    high = np.where(high > end - END_MARGIN_M, end, np.maximum(high, -end))
+    return low, high
+
+
+def select(candidates: Candidates, true: TrueRectangles) -> Candidates:
+    """Replace the candidates of column `BEST` by the true rectangles and select them."""
+
+    def with_truth(column: Floats, values: Floats | float) -> Floats:
+        changed = column.copy()
+        changed[true.segment, BEST] = values
+        return changed
+
+    best = candidates.best.copy()
+    best[true.segment] = BEST
+    return Candidates(
+        heading=with_truth(candidates.heading, true.heading),
+        center_ego=with_truth(candidates.center_ego, true.center_ego),
+        size=with_truth(candidates.size, true.size),
+        cost=with_truth(candidates.cost, np.nanmin(candidates.cost[true.segment], axis=1)),
+        best=best,
+    )
+
+
+def with_exact(boxes: Boxes, exact: Bools) -> Boxes:
+    """Return the boxes with a small covariance and the time of the scan for segments that are `exact` (S,)."""
+    is_exact = exact[boxes.segment]
+    covariance = np.diag([CORNER_STD_M**2, CORNER_STD_M**2, HEADING_STD_RAD**2])
+    return replace(
+        boxes,
+        covariance=np.where(is_exact[:, None, None], covariance, boxes.covariance),
+        time_offset=np.where(is_exact, 0.0, boxes.time_offset),
+    )
 
 
 class OracleDetector(Detector):
@@ -39,27 +222,27 @@ class OracleDetector(Detector):
             return super().segment(scan, keep, long)
         row = self.truth.point_row
         rest = super().segment(scan, keep & (row == NO_ACTOR_ROW), long)
-        return oracle_segmentation.actors_first(row, keep, rest, self.config.segmentation.points_min)
+        return actors_first(row, keep, rest, self.config.segmentation.points_min)
 
     def link(self, points: SegmentedPoints) -> Linkage:
         """Separate lines from outliers, the outliers by the ground truth."""
         if Stage.OUTLIERS not in self._stages:
             return super().link(points)
         real, truth = super().link, self.truth
-        return oracle_outliers.link(real, points, truth.noise, truth.on_owner(points.segments))
+        return link(real, points, truth.noise, truth.on_owner(points.segments))
 
     def fit(self, points: SegmentedPoints, linkage: Linkage) -> Candidates:
         """Fit rectangles and add the true ones."""
         segments = points.segments
-        gone = ~oracle_outliers.has_points((linkage.line != oracle_outliers.REMOVED) & (segments.label >= 0), segments)
-        candidates = super().fit(points, oracle_outliers.with_placeholder_lines(linkage, segments, gone))
-        candidates = oracle_outliers.without_rectangles(candidates, gone)
+        gone = ~has_points((linkage.line != REMOVED) & (segments.label >= 0), segments)
+        candidates = super().fit(points, with_placeholder_lines(linkage, segments, gone))
+        candidates = without_rectangles(candidates, gone)
         if Stage.FIT not in self._stages:
             return candidates
-        return fit.select(candidates, fit.rectangles(points, self.truth))
+        return select(candidates, rectangles(points, self.truth))
 
     def box(self, points: SegmentedPoints, linkage: Linkage, candidates: Candidates) -> Boxes:
         """Make boxes of rectangles; true rectangles get a small covariance."""
         boxes = super().box(points, linkage, candidates)
         exact = Stage.FIT in self._stages
-        return fit.with_exact(boxes, self.truth.boxed_owner(points.segments)) if exact else boxes
+        return with_exact(boxes, self.truth.boxed_owner(points.segments)) if exact else boxes

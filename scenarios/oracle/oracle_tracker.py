@@ -1,15 +1,21 @@
 """The shipped tracker with oracles in place of stages."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from luxloop.scenarios.errors import DeviceError
-from luxloop.scenarios.oracle.oracle_association import OracleScore, OracleTrackManagement
-from luxloop.scenarios.oracle.oracle_confirmation import OracleConfirmation
-from luxloop.scenarios.oracle.oracle_context import OracleContext
 from luxloop.scenarios.oracle.oracle_detector import OracleDetector
-from luxloop.scenarios.oracle.oracle_model_selection import ActorRecorder, OracleModelSelection
-from luxloop.scenarios.oracle.oracle_truth import Truth
+from luxloop.scenarios.oracle.oracle_tracks import (
+    ActorRecorder,
+    OracleConfirmation,
+    OracleModelSelection,
+    OracleScore,
+    OracleTrackManagement,
+)
+from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
 from luxloop.scenarios.oracle.stage import Stage
+from luxloop.scenarios.run import device
+from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
@@ -56,7 +62,7 @@ class OracleTracker:
         score = score or LikelihoodScore(config.association)
         models = models or model_selection(config.mma)
         management: TrackManagement
-        management = shipped = confirmation(config.union, track_config(config), replaced, context)
+        management = shipped = confirmation(config.merging, track_config(config), replaced, context)
         if Stage.ASSOCIATION in replaced:
             score, management = OracleScore(score, context), OracleTrackManagement(shipped, context)
         if Stage.MODEL in replaced:
@@ -76,3 +82,42 @@ class OracleTracker:
     def step(self, scan: Scan) -> tuple[Tracks, StepTrace]:
         """Process one scan, see `Tracker.step`."""
         return self._tracker.step(scan)
+
+
+@dataclass(frozen=True, slots=True)
+class OracleFactory:
+    """Factory of trackers with oracles for these stages; a `luxloop.scenarios.run.device.DeviceFactory`."""
+
+    stages: Sequence[Stage]
+
+    def __call__(self, config: TrackerConfig) -> OracleTracker:
+        """Return a new tracker.
+
+        Raises
+        ------
+        DeviceError
+            The settings have no such stage.
+        """
+        return OracleTracker(config, self.stages)
+
+    def __str__(self) -> str:
+        return f"oracle: {', '.join(stage for stage in Stage if stage in self.stages)}"
+
+
+def choose(tracker: str | DeviceFactory | None, stages: Sequence[Stage]) -> DeviceFactory:
+    """Return the factory of the device under test: a tracker, or the shipped one with oracles for some stages.
+
+    Raises
+    ------
+    DeviceError
+        Oracles are combined with another tracker than the shipped one, or the tracker cannot be loaded.
+    """
+    if not stages:
+        return device.factory_of(tracker)
+    if tracker not in (None, device.SHIPPED):
+        asked, tracker = ", ".join(stages), tracker if isinstance(tracker, str) else device.name_of(tracker)
+        raise DeviceError(
+            f"--oracle {asked}: oracles replace stages of the shipped tracker, not of {tracker}; "
+            "omit --oracle or --tracker"
+        )
+    return OracleFactory(stages)

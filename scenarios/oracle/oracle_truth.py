@@ -1,4 +1,4 @@
-"""Ground truth of one scan, for oracles."""
+"""Ground truth of one scan, for oracles, which share it for the scan that the tracker sees."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,8 @@ from luxloop.scenarios.grading.plane_geometry import into_frame, out_of_frame, t
 from luxloop.sensor_model.truth import NO_ACTOR, Cause, ScanTruth
 from luxloop.sim.sections import bend
 from luxloop.sim.world import WorldFrame
-from luxloop.tracker.records import Segments
+from luxloop.tracker.records import Detection, Segments
+from luxloop.tracker.tracking.track_table import TrackTable
 
 USUAL = GradingConfig()
 """Default limits of the grader, for the ownership of segments and the bend of articulated trucks."""
@@ -77,3 +78,38 @@ class Truth:
         """(N,) mask of points on the owner of their segment."""
         owner = np.append(self.owner_row(segments), NO_ACTOR_ROW)[segments.label]  # points in no segment have label -1
         return np.asarray((owner != NO_ACTOR_ROW) & (owner == self.point_row))
+
+
+class OracleContext:
+    """Ground truth of the current scan, the boxes detected in it, and the actor that each track follows.
+
+    A track follows the owner of its last box that has one.
+    """
+
+    truth: Truth
+    """Ground truth of the current scan."""
+    ego_pose_odom: Floats
+    """(3,) ego pose of the last detected scan."""
+    box_actor: Ints
+    """(B,) actor that owns each detected box, `NO_ACTOR` for none."""
+    support: Ints
+    """(B,) points of each detected box."""
+
+    def __init__(self) -> None:
+        self._actor_of: dict[int, int] = {}
+        """Actor by the id of the track that follows it."""
+
+    def add_detection(self, ego_pose_odom: Floats, found: Detection) -> None:
+        """Set the boxes detected in the current scan."""
+        self.ego_pose_odom = ego_pose_odom
+        self.support = found.boxes.support
+        self.box_actor = self.truth.actor_id[self.truth.owner_row(found.segments)[found.boxes.segment]]
+
+    def add_tracks(self, track_id: Ints) -> None:
+        """Update the followed actors by the track (B,) of each box, negative for none."""
+        owned = (track_id >= 0) & (self.box_actor != NO_ACTOR)
+        self._actor_of.update(zip(track_id[owned].tolist(), self.box_actor[owned].tolist(), strict=True))
+
+    def track_actor(self, tracks: TrackTable) -> Ints:
+        """(T,) actor that each track follows, `NO_ACTOR` for none."""
+        return np.array([self._actor_of.get(id, NO_ACTOR) for id in tracks.id.tolist()], dtype=np.int64)

@@ -2,6 +2,13 @@
 
 from typing import Literal, NamedTuple
 
+import numpy as np
+
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.statistics.cluster_median import cluster_median_interval
+from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.jackknife import ANY, ratio_interval
+
 Average = Literal["median", "mean"]
 
 
@@ -58,3 +65,51 @@ FIGURES = (
     _shape("share_on_lines", "share on lines", "%"),
     *(_method(name) for name in ("area", "closeness", "variance", "tlinkage", "best")),
 )
+
+
+class Summary(NamedTuple):
+    """Average of a figure over vehicles, with its 95 % interval and the quartiles of the vehicles."""
+
+    value: float
+    interval: Interval | None
+    """None for too few vehicles."""
+    quartiles: tuple[float, float]
+    n: int
+    """Number of values."""
+
+
+def summarise(values: Floats, vehicle: Ints, average: Average) -> Summary | None:
+    """Return the average of the finite `values` (N,) of vehicles (N,), or None without any."""
+    finite = np.isfinite(values)
+    values, vehicle = values[finite], vehicle[finite]
+    if not len(values):
+        return None
+    low, high = np.quantile(values, (0.25, 0.75))
+    value = float(np.median(values) if average == "median" else np.mean(values))
+    return Summary(value, _interval(values, vehicle, average), (float(low), float(high)), len(values))
+
+
+def _interval(values: Floats, vehicle: Ints, average: Average) -> Interval | None:
+    if average == "median":
+        return cluster_median_interval(vehicle, values)
+    return ratio_interval(vehicle, values, np.ones_like(values), ANY)
+
+
+Verdict = Literal["agrees", "differs", "n/a"]
+
+
+class ComparedRow(NamedTuple):
+    """A figure of real and of simulated vehicles."""
+
+    figure: Figure
+    real: Summary | None
+    simulated: Summary | None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Verdict by the figure's tolerance and the real quartiles."""
+        if self.real is None or self.simulated is None:
+            return "n/a"
+        value, (low, high) = self.simulated.value, self.real.quartiles
+        near = abs(value - self.real.value) <= self.figure.tolerance * abs(self.real.value)
+        return "agrees" if near or (self.figure.by_quartiles and low <= value <= high) else "differs"

@@ -1,5 +1,7 @@
 """Comparison with real vehicles as text and as JSON."""
 
+import json
+from pathlib import Path
 from typing import Any
 
 from rich.console import Group, RenderableType
@@ -7,11 +9,12 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from luxloop.scenarios.realism.compared_figures import Figure
-from luxloop.scenarios.realism.compared_row import ComparedRow
-from luxloop.scenarios.realism.nearest_vehicles import NEAREST
-from luxloop.scenarios.realism.realism_comparison import FAR, Comparison
-from luxloop.scenarios.realism.weighted_average import Summary
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.realism import realism_figures
+from luxloop.scenarios.realism.compared_figures import ComparedRow, Figure, Summary
+from luxloop.scenarios.realism.realism_comparison import FAR, NEAREST, Comparison
+from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import NONE, table_of
 
 STYLES = {"agrees": "green", "differs": "red", NONE: "dim"}
@@ -88,3 +91,39 @@ def _value(summary: Summary | None, figure: Figure) -> str:
 
 def _range(ends: tuple[float, float] | None, figure: Figure) -> str:
     return "" if ends is None else ", ".join(f"{figure.scale * end:.1f}" for end in ends)
+
+
+DOCUMENT, TABLE, MATCHED = "realism.json", "realism.txt", "matched.csv"
+FIGURE_FORMAT = "%.6g"
+OPTION = "--out"
+
+
+def write(comparison: Comparison, out: Path) -> None:
+    """Write the folder atomically; an earlier one of the same kind is replaced.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written, or holds other files.
+    """
+    with atomic_folder.create(out, OPTION, refuse_other_files) as folder:
+        try:
+            shown = json.dumps(document(comparison), indent=2, allow_nan=False)
+            (folder / DOCUMENT).write_text(shown + "\n", encoding="utf-8")
+            (folder / TABLE).write_text(text.as_text(report(comparison)), encoding="utf-8")
+            comparison.matched.to_csv(folder / MATCHED, index=False, float_format=FIGURE_FORMAT)
+            realism_figures.save(comparison, folder)
+        except OSError as error:
+            raise atomic_folder.cannot_write(out, OPTION, error) from error
+
+
+def refuse_other_files(out: Path) -> None:
+    """Check that `out` is new, or an earlier comparison.
+
+    Raises
+    ------
+    OutputError
+        It holds other files.
+    """
+    if out.exists() and not (out / DOCUMENT).is_file():
+        raise OutputError(f"{out}: already exists and holds no earlier comparison; choose another folder with {OPTION}")

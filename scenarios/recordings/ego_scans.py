@@ -10,8 +10,7 @@ import numpy.typing as npt
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.grading.plane_geometry import into_frame
-from luxloop.scenarios.recordings.ego_mount import EgoMount
-from luxloop.scenarios.recordings.ground_plane import levelled
+from luxloop.scenarios.recordings.ego_mount import EgoMount, levelled
 from luxloop.scenarios.recordings.import_options import ImportOptions
 from luxloop.scenarios.recordings.layer_cut import HeightCut, Rings
 from luxloop.scenarios.recordings.pose_track import PoseTrack

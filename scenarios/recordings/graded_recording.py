@@ -1,27 +1,79 @@
-"""A tracker on recorded scans: tracks, metrics and tables, with the reason for each metric that does not apply."""
+"""Grading of a recording with true poses: a tracker, or a file of tracks, by the rules of a scenario."""
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files import shipped
+from luxloop.scenarios.files.expect import Check, Limit, check
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.metrics.definition import Selection
 from luxloop.scenarios.metrics.definitions import OF_LOOP
-from luxloop.scenarios.metrics.figures import Figures
+from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.recordings.recording import Recording
-from luxloop.scenarios.recordings.recording_rules import Rules
 from luxloop.scenarios.result import Result
-from luxloop.scenarios.run import car_ahead, progress, versions
+from luxloop.scenarios.run import device, progress, versions, warm_up
+from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
 from luxloop.scenarios.run.stopwatch import Stopwatch
-from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import TrackerConfig
+
+USUAL_PERIOD_S = 0.08
+"""[s] Scan period for which the defaults of the tracker are meant, that of the LUX at 12.5 Hz."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """Settings of a run over a recording."""
+
+    tracker: TrackerConfig = field(default_factory=TrackerConfig)
+    grading: GradingConfig = field(default_factory=GradingConfig)
+    expect: dict[str, Limit] = field(default_factory=dict)
+
+
+def rules_of(recording: Recording, scenario: str | None) -> Rules:
+    """Return the settings of a scenario, by name or path, or the defaults for the scan period of a recording.
+
+    Raises
+    ------
+    ScenarioError
+        The scenario does not exist, or is invalid.
+    """
+    if scenario is None:
+        return Rules(_for_period(TrackerConfig(), recording))
+    chosen = Scenario.load(shipped.find(scenario))
+    return Rules(chosen.tracker, chosen.grading, chosen.expect)
+
+
+def _for_period(config: TrackerConfig, recording: Recording) -> TrackerConfig:
+    """Return settings in which a tentative and a confirmed track survive as many missed scans as at the usual period.
+
+    Both limits are times. At 4 Hz the default of tentative tracks is shorter than one scan period, and none would
+    survive a missed scan.
+    """
+    period_s = float(np.median(np.diff(recording.time_s))) if len(recording) > 1 else USUAL_PERIOD_S
+    factor = max(1.0, period_s / USUAL_PERIOD_S)
+    confirmation = replace(
+        config.confirmation,
+        tentative_coast_s=factor * config.confirmation.tentative_coast_s,
+        gap_s=factor * config.confirmation.gap_s,
+    )
+    return replace(config, confirmation=confirmation)
+
 
 Observer = Callable[[WorldFrame, Scan, ScanTruth, Tracks, StepTrace | None, FrameGrade], None]
 """Receives every frame with its results, to write tracks, pictures and a recording."""
@@ -60,7 +112,7 @@ def run_tracker(
         The recording is damaged; the tracker failed, took too long, or returned invalid tracks.
     """
     with guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
-        for _, scan in zip(range(car_ahead.FRAMES), recording.scans(), strict=False):
+        for _, scan in zip(range(warm_up.FRAMES), recording.scans(), strict=False):
             unused.checked(unused.step(scan), scan)
     with guarded(make_device, rules.tracker, step_timeout_s) as tracker:
         return grade_device(recording, tracker, rules, name, observe, timed=True)
@@ -125,3 +177,43 @@ def _config(recording: Recording, rules: Rules, name: str) -> dict[str, Any]:
         "control": None,
         "device": name,
     }
+
+
+def grade_recording(
+    folder: Path,
+    tracks: Path | None,
+    tracker: str | None,
+    scenario: str | None,
+    step_timeout_s: float = STEP_TIMEOUT_S,
+) -> tuple[Result, list[Check]]:
+    """Grade tracks on a recording, or a tracker; without either, the shipped tracker.
+
+    Parameters
+    ----------
+    folder
+        Folder of the recording.
+    tracks
+        File of tracks, see docs/other-trackers.md.
+    tracker
+        `MODULE:NAME` of a tracker.
+    scenario
+        Scenario whose settings are used, by name or path.
+    step_timeout_s
+        Limit of one step of the tracker [s].
+
+    Raises
+    ------
+    InputError
+        The recording has no true poses or is damaged, or the tracks do not fit it.
+    """
+    recording = Recording(folder)
+    if not recording.has_truth:
+        raise InputError(f"{folder}: has no true poses to grade by; import it with --truth, or use luxloop track")
+    rules = rules_of(recording, scenario)
+    if tracks:
+        with guarded(TrackFile(tracks, recording.time_s).as_device, rules.tracker) as device_of_file:
+            result = grade_device(recording, device_of_file, rules, str(tracks), timed=False)
+    else:
+        name = tracker or device.SHIPPED
+        result = run_tracker(recording, device.load(name), rules, name, step_timeout_s=step_timeout_s)
+    return result, check(result.metrics, rules.expect, result.config["device"])

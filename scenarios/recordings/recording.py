@@ -1,9 +1,9 @@
-"""Recorded scans read from disk."""
+"""Recorded scans and their truth read from disk."""
 
 import json
+import math
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +11,143 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.dataset.dataset_columns import Values
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
-from luxloop.scenarios.offline.number_checks import require_distinct, require_numbers
-from luxloop.scenarios.offline.recorded_scans import FrameRows
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.offline.recorded_scans import FrameRows, readable, require_distinct, require_numbers
 from luxloop.scenarios.recordings.import_options import EGO_SIZE_M
-from luxloop.scenarios.recordings.recorded_truth import actors_of, scan_truth, world_frame
-from luxloop.scenarios.recordings.recording_checks import require_summary
-from luxloop.scenarios.recordings.recording_columns import FILES, LABELS
-from luxloop.scenarios.recordings.recording_writer import SUMMARY, VERSION
-from luxloop.sensor_model.truth import ScanTruth
-from luxloop.sim.world import WorldFrame
+from luxloop.scenarios.recordings.recording_writer import FILES, LABELS, SUMMARY, VERSION
+from luxloop.sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
+from luxloop.sim.world import Actors, Ego, WorldFrame
 from luxloop.tracker.scan import Scan
+
+REMEDY = "import the recording again"
+LARGEST_M = 1e3
+"""Absolute value of the coordinates of a mount."""
+
+
+def require_summary(summary: Any) -> None:
+    """Check the content of `summary.json`.
+
+    Raises
+    ------
+    ValueError, TypeError, LookupError
+        A key is missing, or has a value of a wrong type, or a number is not finite.
+    """
+    _require_finite(summary)
+    if not (isinstance(summary["files"], list) and all(isinstance(name, str) for name in summary["files"])):
+        raise ValueError("summary.json: files should be a list of names")
+    if not isinstance(summary["duration_s"], int | float) or not isinstance(summary["frames"], int):
+        raise ValueError("summary.json: duration_s and frames should be numbers")
+    for mount in summary["mounts"]:
+        origin = np.array(mount["origin_ego_m"], dtype=np.float64)
+        if origin.shape != (3,) or not np.all(np.abs(origin) <= LARGEST_M):
+            raise ValueError("summary.json: origin_ego_m of a mount should be three numbers")
+
+
+def _require_finite(value: Any) -> None:
+    if isinstance(value, dict | list):
+        for child in value.values() if isinstance(value, dict) else value:
+            _require_finite(child)
+    elif isinstance(value, int | float) and not (abs(value) < 1e300 and math.isfinite(value)):
+        raise ValueError("summary.json: a number is not finite")
+
+
+MARGIN_M = 0.3
+"""[m] A point this far outside a box is on its vehicle: range noise, mirrors, and the error of the recorded pose."""
+
+
+def actors_of(labels: Values) -> Actors:
+    """Return the labels of one scan as actors. What a recording does not hold is 0."""
+    count = len(labels["frame"])
+    zero = np.zeros(count)
+    return Actors(
+        id=labels["actor_id"],
+        name=np.array(labels["name"].tolist(), dtype=np.str_),
+        kind=labels["kind"].astype(np.uint8),
+        pose_world=_stack(labels, ("x_world_m", "y_world_m", "heading_world_rad")),
+        velocity_world=_stack(labels, ("vx_world_mps", "vy_world_mps")),
+        acceleration_world=_stack(labels, ("ax_world_mps2", "ay_world_mps2")),
+        yaw_rate=labels["yaw_rate_radps"],
+        articulation=zero,
+        mode=labels["mode"].astype(np.uint8),
+        changes_lane=np.zeros(count, dtype=np.bool_),
+        deviation=np.zeros((count, 2)),
+        ground_z=np.zeros(count),
+        attitude=np.zeros((count, 2)),
+        size=_stack(labels, ("length_m", "width_m", "height_m")),
+        reflectivity=zero,
+    )
+
+
+def world_frame(index: int, scan: Scan, velocity: Floats, yaw_rate: float, size: Floats, actors: Actors) -> WorldFrame:
+    """Return the frame of a scan; the world is the odometry frame.
+
+    Parameters
+    ----------
+    velocity, yaw_rate
+        (2,) of the ego in the odometry frame [m/s], and [rad/s].
+    size
+        (3,) of the ego [m].
+    """
+    ego = Ego(
+        pose_world=scan.ego_pose_odom,
+        velocity_world=velocity,
+        acceleration_world=np.zeros(2),
+        yaw_rate=yaw_rate,
+        size=size,
+        changes_lane=False,
+        deviation=np.zeros(2),
+        ground_z=0.0,
+        attitude=np.zeros(2),
+    )
+    return WorldFrame(index, scan.time, ego, actors)
+
+
+def scan_truth(scan: Scan, frame: WorldFrame) -> ScanTruth:
+    """Assign the points of a scan to the vehicles whose boxes they are in; all points count as clean.
+
+    Occluders are not known: a vehicle with points is visible, one without is hidden.
+    """
+    actor_row = _actor_rows(scan, frame)
+    on = actor_row >= 0
+    count = len(frame.actors)
+    hits = np.bincount(actor_row[on], minlength=count).astype(np.int32)[:, None]
+    points = scan.points_ego.astype(np.float64)
+    return ScanTruth(
+        actor_id=np.append(frame.actors.id, NO_ACTOR)[actor_row],
+        part=np.where(on, Part.BODY, Part.NONE).astype(np.uint8),
+        cause=np.full(len(scan), Cause.CLEAN, dtype=np.uint8),
+        true_range=np.sqrt((points**2).sum(axis=1)).astype(np.float32),
+        lost_unit=np.empty(0, np.uint8),
+        lost_beam=np.empty(0, np.int32),
+        lost_cause=np.empty(0, np.uint8),
+        unit_hits=hits,
+        unit_hits_alone=hits,
+        faces=np.zeros(count, dtype=np.uint8),
+        view=np.full(count, View.NONE, dtype=np.uint8),
+    )
+
+
+def _actor_rows(scan: Scan, frame: WorldFrame) -> Ints:
+    """(N,) row of the vehicle whose box each point is in at the point's own time, -1 for none."""
+    ego, actors, dt = frame.ego, frame.actors, scan.time_offset.astype(np.float64)
+    yaw = ego.pose_world[2] + ego.yaw_rate * dt
+    points = turned(scan.points_ego[:, :2].astype(np.float64), yaw)
+    points += ego.pose_world[:2] + dt[:, None] * ego.velocity_world
+    row = np.full(len(scan), -1, dtype=np.int64)
+    for k in range(len(actors)):
+        heading = actors.pose_world[k, 2] + actors.yaw_rate[k] * dt
+        body = turned(points - actors.pose_world[k, :2] - dt[:, None] * actors.velocity_world[k], -heading)
+        row[(np.abs(body) <= 0.5 * actors.size[k, :2] + MARGIN_M).all(axis=1)] = k
+    return row
+
+
+def _stack(values: Values, names: tuple[str, ...]) -> Floats:
+    return np.stack([values[name] for name in names], axis=1)
+
 
 NUMBERS = ("time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad")
 """Columns of `scans.parquet` that are read."""
@@ -48,7 +171,7 @@ class Recording:
         self.folder = folder
         if not is_recording(folder):
             raise OutputError(f"{folder}: holds no recording; give a folder that luxloop import wrote")
-        with _readable(folder):
+        with readable(folder, REMEDY):
             self.summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
             require_summary(self.summary)
             origins = [mount["origin_ego_m"] for mount in self.summary["mounts"]]
@@ -101,10 +224,10 @@ class Recording:
     def _rows(self) -> Iterator[tuple[Scan, Values]]:
         files = {name: columns for name, columns in FILES.items() if name != "labels" or self.has_truth}
         empty: Values = {column.name: column.values(pa.array([], column.type)) for column in LABELS}
-        with _readable(self.folder):
+        with readable(self.folder, REMEDY):
             tables = {name: FrameRows(self.folder / f"{name}.parquet", columns) for name, columns in files.items()}
         for frame in range(len(self)):
-            with _readable(self.folder):
+            with readable(self.folder, REMEDY):
                 rows = {name: table.of(frame) for name, table in tables.items()}
                 for values in rows.values():
                     require_numbers(values)
@@ -144,13 +267,3 @@ def is_recording(folder: Path) -> bool:
     except (OSError, ValueError):
         return False
     return isinstance(document, dict) and document.get("recording") == VERSION
-
-
-@contextmanager
-def _readable(folder: Path) -> Iterator[None]:
-    """Raise errors of missing or damaged files as an OutputError of one line."""
-    try:
-        yield
-    except (OSError, pa.ArrowException, LookupError, ValueError, TypeError) as error:
-        reason = " ".join(str(error).split())
-        raise OutputError(f"{folder}: cannot be read ({reason}); import the recording again") from error

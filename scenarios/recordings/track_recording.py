@@ -16,18 +16,16 @@ from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, check
 from luxloop.scenarios.grading.frame_grade import FrameGrade
-from luxloop.scenarios.recording.recorder import NullRecorder, Recorder
-from luxloop.scenarios.recordings import track_page, track_rows
-from luxloop.scenarios.recordings.graded_recording import run_tracker
+from luxloop.scenarios.recordings import track_page
+from luxloop.scenarios.recordings.graded_recording import Rules, run_tracker
 from luxloop.scenarios.recordings.recording import Recording
-from luxloop.scenarios.recordings.recording_rules import Rules
-from luxloop.scenarios.recordings.track_figures import Drive
-from luxloop.scenarios.recordings.track_rows import TrackRows
+from luxloop.scenarios.recordings.track_page import Drive, TrackRows
 from luxloop.scenarios.report import text
+from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run.containment import STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
-from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Obstacles, WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
@@ -97,7 +95,7 @@ def track_recording(
         tracks = rows.table()
         report = track_page.printed(recording, result, tracks)
         try:
-            track_rows.write(folder / TRACKS, tracks)
+            track_page.write(folder / TRACKS, tracks)
             page = track_page.page(recording, result, drive, tracks, out)
             (folder / PAGE).write_text(page, encoding="utf-8")
         except OSError as error:

@@ -14,9 +14,9 @@ from rich.text import Text
 from luxloop.scenarios.files import known_failure
 from luxloop.scenarios.files.expect import Check, unmet, verdict
 from luxloop.scenarios.grading.worst_frames import worst_frames
-from luxloop.scenarios.recording.viewer import frame_to_show
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
 from luxloop.scenarios.report.text import COLORS, NOTHING_EXPECTED
+from luxloop.scenarios.rerun_log.viewer import frame_to_show
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.device import SHIPPED

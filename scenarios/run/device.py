@@ -61,6 +61,16 @@ DeviceFactory = Callable[[TrackerConfig], Device]
 the kernels before the clock starts."""
 
 
+class NoTracks:
+    """Device without tracks, to record scans, or to compile the kernels of traffic and sensor alone."""
+
+    def __init__(self, _config: TrackerConfig) -> None: ...
+
+    def step(self, _scan: Scan) -> Tracks:
+        """Return no tracks."""
+        return Tracks.from_boxes([], [], [], [])
+
+
 def _wanted(_name: str, found: Any) -> str:
     return "" if callable(found) else "a class or function that takes a TrackerConfig"
 

@@ -13,13 +13,28 @@ from typing import Any, NoReturn
 import numpy as np
 
 from luxloop.scenarios.errors import ContractError, InputError
-from luxloop.scenarios.run import containment, device, process_tracker, time_limit
-from luxloop.scenarios.run.containment import ForkMark, call_restored, contained
+from luxloop.scenarios.run import containment, device, process_tracker
+from luxloop.scenarios.run.containment import (
+    STEP_TIMEOUT_S,
+    ForkMark,
+    StepTimeoutError,
+    Watch,
+    call_restored,
+    contained,
+    watched,
+)
 from luxloop.scenarios.run.device import Device, DeviceFactory
-from luxloop.scenarios.run.output_checks import SHAPES, Faults, check_covariances, check_shapes, check_values
+from luxloop.scenarios.run.output_checks import (
+    SHAPES,
+    Faults,
+    check_covariances,
+    check_shapes,
+    check_trace,
+    check_trace_shapes,
+    check_values,
+)
 from luxloop.scenarios.run.process_tracker import ProcessTracker, TrackerProcessError
-from luxloop.scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, in_main_thread, watched
-from luxloop.scenarios.run.trace_checks import check_trace, check_trace_shapes
+from luxloop.scenarios.run.termination import in_main_thread
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import Boxes, Candidates, Linkage, Segments, StepTrace, Tracks
@@ -31,7 +46,7 @@ TRACKS_MAX = 10_000
 THREADS_END_S = 1.0
 """Time for a tracker's threads to end after its last step [s]."""
 MORE = "luxloop check-tracker shows more"
-HARNESS = (__file__, containment.__file__, process_tracker.__file__, time_limit.__file__)
+HARNESS = (__file__, containment.__file__, process_tracker.__file__)
 """Files that are never the place of a tracker's error."""
 RECORDS = (Tracks, StepTrace, Segments, Linkage, Candidates, Boxes)
 TYPES = {"id": np.int64, "status": np.uint8, "model": np.int64, "corner_sign": np.int64, "small": np.bool_}

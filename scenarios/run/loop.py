@@ -1,8 +1,9 @@
 """The run loop: traffic, LIDARs, tracker, grader, recorder."""
 
 import math
-from collections.abc import Callable
-from contextlib import closing
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,23 +16,23 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
-from luxloop.scenarios.recording.recorder import NullRecorder, Recorder
+from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device, own_metrics, progress, termination, versions
-from luxloop.scenarios.run.compilation import compilation_reported
+from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
-from luxloop.scenarios.run.guard import guarded
-from luxloop.scenarios.run.scan_source import NoiseInputError, Scans, ScanSource, ScanStart
+from luxloop.scenarios.run.guard import Guard, guarded
+from luxloop.scenarios.run.scan_source import NoiseInputError, ScannedFrame, Scans, ScanSource, ScanStart
 from luxloop.scenarios.run.stopwatch import RECORDING, SCANNED, Stopwatch
-from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.trace_hash import TraceHash
-from luxloop.scenarios.run.warm_up import imports_beside, warm_up
+from luxloop.scenarios.run.warm_up import compilation_reported
 from luxloop.sensor_model.rig.rig import Rig, RigError, load_rig
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.factory import make_source, run_ahead
 from luxloop.sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
 from luxloop.sim.world import Obstacles, WorldFrame
 from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracking.filters import FilterConfig, motion
 
 
 def run(
@@ -210,3 +211,29 @@ def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory, 
     """Return the whole configuration of the run, including defaults, the content of the rig files and the ego's id."""
     config = {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}
     return config | ({"ego": ego} if ego else {}) | ({"set": list(scenario.settings)} if scenario.settings else {})
+
+
+@contextmanager
+def imports_beside(filters: FilterConfig, dt: float) -> Iterator[None]:
+    """Import filterpy and scipy.stats, for filters and grading, while the body waits for the process of the traffic.
+
+    Parameters
+    ----------
+    filters
+        Filters of the tracker.
+    dt
+        Time between frames [s].
+    """
+    importing = threading.Thread(target=motion, args=(dt, filters), daemon=True)
+    importing.start()
+    try:
+        yield
+    finally:
+        importing.join()  # a tracker that forks gets no import that never ends
+
+
+def warm_up(scans: Iterable[ScannedFrame], unused: Guard) -> None:
+    """Run a tracker that is not used again on the scans of one car (`luxloop.scenarios.run.scan_source.ScanStart`)."""
+    for item in scans:
+        unused.show_truth(item.frame, item.truth)
+        unused.checked(unused.step(item.scan), item.scan)

@@ -14,18 +14,19 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.dataset import writer as dataset
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, verdict
+from luxloop.scenarios.grading.figures import Figures
+from luxloop.scenarios.grading.frame_tables import SCHEMAS
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.metrics.figures import Figures
+from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.metrics.former_names import present_name
-from luxloop.scenarios.metrics.observations import RunObservations
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run.table_checks import require_table
 
 RESULT = "result.json"
 REPORT = "report.txt"
@@ -196,3 +197,45 @@ def _refuse_to_replace_other_files(out: Path) -> None:
             raise OutputError(f"{out}: holds other files than those of a run; choose another with --out")
     elif out.exists():
         raise OutputError(f"{out}: is a file; choose another folder with --out")
+
+
+LARGEST_NUMBER = 1e12
+"""Absolute value of any finite number, in any unit."""
+FINITE_TABLES = ("truth",)
+"""Tables without infinite numbers."""
+DTYPE_KINDS = {np.int64: "iu", np.float64: "fiu", np.bool_: "b"}
+"""Kinds of dtype by the type of a column."""
+
+
+def require_table(name: str, table: pd.DataFrame) -> None:
+    """Check types and magnitudes of the columns of a table.
+
+    Raises
+    ------
+    ValueError
+        A column has another type, or a number that no run has.
+    """
+    schema = SCHEMAS.get(name, {})
+    if not table.columns.is_unique:
+        raise ValueError(f"a column of {name} occurs twice")
+    for column in map(str, table.columns):
+        cells, wanted = table[column], schema.get(column)
+        plain = pd.api.types.is_numeric_dtype(cells) or isinstance(cells.dtype, pd.CategoricalDtype)
+        if not (plain or pd.api.types.is_string_dtype(cells)):
+            raise ValueError(f"column {column} of {name} holds {cells.dtype}")
+        if (
+            isinstance(wanted, type)
+            and wanted in DTYPE_KINDS
+            and getattr(cells.dtype, "kind", "O") not in DTYPE_KINDS[wanted]
+        ):
+            raise ValueError(f"column {column} of {name} holds {cells.dtype}, not {wanted.__name__}")
+        if cells.dtype.kind in "fiu":
+            _require_magnitude(name, column, cells.to_numpy(np.float64))
+
+
+def _require_magnitude(name: str, column: str, values: np.ndarray) -> None:
+    wrong = np.abs(values) > LARGEST_NUMBER
+    if name not in FINITE_TABLES:
+        wrong &= np.isfinite(values)
+    if wrong.any():
+        raise ValueError(f"column {column} of {name}: {values[np.argmax(wrong)]:g} is no plausible number")

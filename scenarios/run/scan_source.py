@@ -9,8 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from luxloop.scenarios.run.car_ahead import FRAMES, car_ahead
-from luxloop.scenarios.run.compilation import compilation_reported
+from luxloop.scenarios.run.warm_up import FRAMES, car_ahead, compilation_reported
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.noise.noise_config import NoiseConfig
 from luxloop.sensor_model.rig.rig import Rig

@@ -2,13 +2,12 @@
 
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
-
-from luxloop.scenarios.run.time_limit import in_main_thread
 
 CTRL_C = 130
 """Exit code of Ctrl-C: 128 and the number of SIGINT."""
@@ -34,6 +33,11 @@ class Received:
 
 _handled: list[Received] = []
 """Signals of the active `as_interrupts` contexts, the innermost last."""
+
+
+def in_main_thread() -> bool:
+    """Return True in the only thread that receives signals."""
+    return threading.current_thread() is threading.main_thread()
 
 
 @contextmanager

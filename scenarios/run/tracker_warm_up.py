@@ -7,26 +7,14 @@ from contextlib import contextmanager
 import numpy as np
 
 from luxloop.scenarios.run import progress
-from luxloop.scenarios.run.car_ahead import FRAMES
-from luxloop.scenarios.run.compilation import STATUS
+from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.guard import guarded
-from luxloop.scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
+from luxloop.scenarios.run.warm_up import FRAMES, STATUS
 from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
 from luxloop.sensor_model.rig.rig import Rig
 from luxloop.sim.rare_collection import collect_rarely
-from luxloop.tracker.records import Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import Tracker, TrackerConfig
-
-
-class NoTracks:
-    """A device that compiles nothing: it runs with traffic and sensor while another process compiles the tracker."""
-
-    def __init__(self, config: TrackerConfig) -> None: ...
-
-    def step(self, _: Scan) -> Tracks:
-        """Return no tracks."""
-        return Tracks.from_boxes(id=[], center=np.empty((0, 2)), heading=[], size=np.empty((0, 2)))
 
 
 @contextmanager

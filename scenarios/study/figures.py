@@ -12,8 +12,7 @@ from luxloop.scenarios.report import figure_files
 from luxloop.scenarios.report.figure_files import FigureFile
 from luxloop.scenarios.report.html.palette import INK, PAGE, SERIES
 from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
-from luxloop.scenarios.study.curves import estimates, levels, seed_dots, seed_warnings
-from luxloop.scenarios.study.seed_estimate import is_binary
+from luxloop.scenarios.study.curves import estimates, is_binary, levels, seed_dots, seed_warnings
 from luxloop.scenarios.study.study_file import Curve, Study
 
 if TYPE_CHECKING:

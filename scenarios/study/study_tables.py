@@ -10,9 +10,8 @@ from luxloop.scenarios.metrics.definitions import SURVIVAL, survival_measure
 from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
 from luxloop.scenarios.statistics.confidence import FEWEST_SEEDS
 from luxloop.scenarios.study import survival, survival_picture
-from luxloop.scenarios.study.curves import groups
+from luxloop.scenarios.study.curves import groups, is_binary
 from luxloop.scenarios.study.figures import label, text
-from luxloop.scenarios.study.seed_estimate import is_binary
 from luxloop.scenarios.study.study_file import Curve, Study
 
 Kind = Literal["share", "count", "quantity"]

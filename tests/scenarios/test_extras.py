@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from support import short_run
 
-from luxloop.scenarios.commands.extras import EXTRAS
+from luxloop.scenarios.commands.arguments import EXTRAS
 from luxloop.sim.optional_packages import install_command
 
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from luxloop.scenarios.oracle.oracle_confirmation import OracleConfirmation
 from luxloop.scenarios.oracle.oracle_detector import OracleDetector
 from luxloop.scenarios.oracle.oracle_tracker import OracleTracker
+from luxloop.scenarios.oracle.oracle_tracks import OracleConfirmation
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.detection.segmentation import SegmentationConfig, segment
 from luxloop.tracker.geometry import fold

@@ -25,6 +25,7 @@ LONGEST_S = 86_400.0
 """Longest allowed duration of a run [s], a day; a longer one is an error."""
 
 MODEST = (0, -1, 1, 3, 0.5, 90, -180, 1000, 1e-6, 1e6, 1e-12, 1e10, -1e10, 1e12, 2**31, 0.999999)
+METRICS = tuple(standard_names())
 NUMBERS = (*MODEST, 1e-300, 1e300, -1e300, 2**63 - 1, -(2**63), math.nan, math.inf)
 TEXTS = ("", " ", "nowhere", "Überholspur 🚗", "a" * 3000, "../x.xml", "/dev/null", "two\nlines", "\x1b[31m", "%s{0}")
 OTHERS = (True, False, [], {}, [[]], [1, "a"], {"kind": "sumo"}, {"min": 1})

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from luxloop.tracker.free_space import BINS, COVERED, UNIT_OFFSET_M
 from luxloop.tracker.geometry import rotate
-from luxloop.tracker.seen_through import BINS, COVERED
 
 
 def inside(points, center, heading, size):
@@ -26,13 +26,13 @@ def hull(pieces, a, b):
     return 0.5 * low, 0.5 * high
 
 
-def seen_through(places, returns, unit_offset_m, margin_m):
+def free(places, returns, margin_m):
     """(C,) mask of places that all returns near their bearing lie behind."""
-    nearest = profile(returns, unit_offset_m)
+    nearest = profile(returns)
     table, count = window_minima(nearest), np.append(0, np.cumsum(np.isfinite(np.tile(nearest, 2))))
     range_m = np.hypot(*places.T)
-    outside = range_m > unit_offset_m
-    half = np.arcsin(np.where(outside, unit_offset_m / np.where(outside, range_m, 1.0), 1.0))
+    outside = range_m > UNIT_OFFSET_M
+    half = np.arcsin(np.where(outside, UNIT_OFFSET_M / np.where(outside, range_m, 1.0), 1.0))
     bins = np.maximum(1, np.ceil(half / np.pi * BINS)).astype(np.int64)
     first = np.floor((np.arctan2(places[:, 1], places[:, 0]) - half) / (2 * np.pi) * BINS).astype(np.int64) % BINS
     level = np.floor(np.log2(bins)).astype(np.int64)
@@ -42,12 +42,12 @@ def seen_through(places, returns, unit_offset_m, margin_m):
     return outside & farther & covered
 
 
-def profile(returns, unit_offset_m):
+def profile(returns):
     """(BINS,) range of the nearest return by bearing [m], infinite without one."""
     nearest = np.full(BINS, np.inf)
     range_m = np.hypot(*returns.T)
     bin_of = np.floor(np.arctan2(returns[:, 1], returns[:, 0]) / (2 * np.pi) * BINS).astype(np.int64) % BINS
-    far = range_m > unit_offset_m
+    far = range_m > UNIT_OFFSET_M
     np.minimum.at(nearest, bin_of[far], range_m[far])
     return nearest
 

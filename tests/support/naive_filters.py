@@ -6,7 +6,7 @@ import scipy
 from luxloop.tracker.geometry import mahalanobis
 from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracking.filters import Filters
-from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, NO_SPEED_MPS, STOPPING_TIME_S
+from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, NO_SPEED_MPS, STANDING_MPS, STOPPING_TIME_S
 
 
 def predict(mean, covariance, transition, noise):
@@ -29,7 +29,7 @@ def transitions(filters, dt, config, models=MODELS):
     leaves = -np.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
     chain = np.full((*filters.mean.shape[:-1], len(models)), leaves)
     if "stationary" in models:
-        stops = -np.expm1(-dt / STOPPING_TIME_S) * slow(filters, config.standing_mps)
+        stops = -np.expm1(-dt / STOPPING_TIME_S) * slow(filters, STANDING_MPS)
         chain[..., models.index("stationary")] = np.maximum(stops, LEAST_PROBABILITY)
     same = np.arange(len(models))
     chain[..., same, same] = 0.0

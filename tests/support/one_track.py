@@ -13,7 +13,6 @@ from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
 from luxloop.tracker.tracking.mma import MmaConfig
 from luxloop.tracker.tracking.model_selection import model_selection
-from luxloop.tracker.tracking.orientation import OrientationConfig
 from luxloop.tracker.tracking.output import report
 from luxloop.tracker.tracking.prediction import predict
 from luxloop.tracker.tracking.track_config import TrackConfig
@@ -21,19 +20,11 @@ from luxloop.tracker.tracking.track_management import DefaultTrackManagement
 from luxloop.tracker.tracking.track_observation import assigned
 from luxloop.tracker.tracking.track_table import empty
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
-from luxloop.tracker.tracking.vehicle_size import ExtentConfig
 
 DT = 0.08
 CAR = np.array([4.7, 1.8])
 LIFE, MMA = ConfirmationConfig(), MmaConfig()
-CONFIG = TrackConfig(
-    FilterConfig(),
-    ExtentConfig(hidden_length_m=0.0, hidden_width_m=0.0),
-    OrientationConfig(),
-    CornerConfig(),
-    LIFE,
-    ExistenceConfig(),
-)
+CONFIG = TrackConfig(FilterConfig(), CornerConfig(), LIFE, ExistenceConfig())
 UNCUT = (False, False, False, False)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from luxloop.scenarios.commands.extras import EXTRAS
+from luxloop.scenarios.commands.arguments import EXTRAS
 
 PACKAGES = {**EXTRAS, "commonroad": ("commonroad",)}
 """Modules by extra."""

@@ -117,7 +117,7 @@ def _warm() -> None:
 
     import luxloop.scenarios.execute
     import luxloop.scenarios.interface
-    import luxloop.scenarios.oracle.device_choice  # noqa: F401
+    import luxloop.scenarios.oracle.oracle_tracker  # noqa: F401
 
     short_run.result()
     assert threading.active_count() == 1, "a forked process would miss the other threads"

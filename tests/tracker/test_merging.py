@@ -76,14 +76,14 @@ def test_segments_inside_a_vehicle_are_merged():
     points = np.array(car + cab + half + trailer + loose)
     segments = Segments(label=np.array([0, 0, 1, 1, 2, 2, 3, 3, -1]), count=4)
     whole = pieces((7.6, 3.0, 0.0, 15.2, 2.5))
-    merged = merge_segments(points, segments, whole, CONFIG)
+    merged = merge_segments(points, segments, whole)
     assert merged.count == 3
     assert merged.label.tolist() == [0, 0, 1, 1, 2, 2, 1, 1, -1]
 
 
 def test_a_vehicle_outside_the_scan_merges_no_segments():
     segments = Segments(label=np.array([0, 1]), count=2)
-    merged = merge_segments(np.array([[0.0, 0.0], [5.0, 0.0]]), segments, pieces((90.0, 0.0, 0.0, 12.0, 2.5)), CONFIG)
+    merged = merge_segments(np.array([[0.0, 0.0], [5.0, 0.0]]), segments, pieces((90.0, 0.0, 0.0, 12.0, 2.5)))
     assert merged.label.tolist() == [0, 1]
 
 
@@ -98,5 +98,5 @@ def test_segments_joined_by_a_shared_one_are_one_vehicle():
     """The first box holds the last two segments, the second box the first and the last one."""
     points = np.array([[0.0, 0.0], [10.0, 0.0], [5.0, 0.0]])
     both = pieces((7.5, 0.0, 0.0, 7.0, 2.0), (2.5, 0.0, 0.0, 7.0, 2.0))
-    merged = merge_segments(points, Segments(label=np.array([0, 1, 2]), count=3), both, CONFIG)
+    merged = merge_segments(points, Segments(label=np.array([0, 1, 2]), count=3), both)
     assert (merged.count, merged.label.tolist()) == (1, [0, 0, 0])

@@ -1,6 +1,7 @@
 """Settings of earlier versions: every old key leads to what replaced it."""
 
 import importlib
+import re
 from dataclasses import fields, is_dataclass
 
 import pytest
@@ -41,6 +42,10 @@ def test_the_constant_exists_and_the_old_key_does_not(old):
     [
         ("sweep", 'motion = "ego"', "is tracker.deskew now"),
         ("linkage", "range_std_m = 0.05", "is tracker.lidar.range_std_m now"),
+        ("union", "gap_max_m = 5.0", "is tracker.merging now"),
+        ("corner", "unseen_share = 0.0", "is tracker.corner.unseen_fraction now"),
+        ("extent", "hidden_length_m = 0.2", "has no settings any more, they are constants; leave it out"),
+        ("mma", "standing_mps = 0.5", "is a constant now, STANDING_MPS in tracker/tracking/mma.py; leave it out"),
         ("linkage", "gate = 2.0", "is a constant now, GATE in tracker/detection/faces.py; leave it out"),
         ("shadow", "depth_m = 2.0", "has no settings any more, they are constants; leave it out"),
         ("walls", "beam_rad = 0.01", "leave it out; tracker.walls.beam_rad is tracker.lidar.beam_deg now"),
@@ -56,6 +61,24 @@ def test_a_scenario_with_an_old_key_is_refused_in_one_line_that_says_so(tmp_path
     with pytest.raises(ScenarioError, match=message) as caught:
         Scenario.load(path)
     assert "\n" not in str(caught.value)
+
+
+ADVICE = re.compile(r"(?:^|[.:] )(?:Change|Raise|Lower|Increase|Decrease|Set) [^.]+")
+"""Sentence that says when to change a setting."""
+
+
+def settings(section, prefix="tracker"):
+    """Return name and description of every setting of a section of the schema, and of those in it."""
+    tables = Scenario.model_json_schema()["$defs"]
+    for name, field in tables[section]["properties"].items():
+        key, table = f"{prefix}.{name}", field.get("$ref", "").rpartition("/")[2]
+        yield from settings(table, key) if table else [(key, field.get("description", ""))]
+
+
+def test_the_tracker_has_at_most_sixty_settings_and_each_says_when_to_change_it():
+    described = dict(settings("TrackerConfig"))
+    assert 40 < len(described) <= 60
+    assert [key for key, text in described.items() if not ADVICE.search(" ".join(text.split()))] == []
 
 
 def test_a_key_that_never_existed_has_no_remedy():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from support import naive_boxes
 
+from luxloop.tracker.free_space import free, turned_returns
 from luxloop.tracker.geometry import inside
 from luxloop.tracker.kernels import boxes
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.merging import HITS_MIN, LONGEST_M, TURN_MAX_RAD, WIDEST_M, Pieces, fits, gap, hull, may_be_one
-from luxloop.tracker.seen_through import seen_through, turned_returns
 
 
 def random_pieces(rng, count=12):
@@ -70,8 +70,8 @@ def test_free_places_equal_the_reference(seed):
     range_m = rng.uniform(1.0, 6.0) + 12.0 * (np.sin(3.0 * angle) > 0.0) + rng.normal(0.0, 0.3, 800)
     returns = (range_m * np.stack([np.cos(angle), np.sin(angle)])).T
     places = rng.normal(0.0, 8.0, (400, 2))
-    found = seen_through(places, returns, 2.5, 1.0)
-    np.testing.assert_array_equal(found, naive_boxes.seen_through(places, returns, 2.5, 1.0))
+    found = free(places, returns, 1.0)
+    np.testing.assert_array_equal(found, naive_boxes.free(places, returns, 1.0))
     assert 0 < found.sum() < found.size
 
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from luxloop.tracker import free_space
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.detection.lidar import UNIT_OFFSET_M, LidarConfig
+from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.segmentation import SegmentationConfig, keep_only
 from luxloop.tracker.detection.walls import extents, split
 from luxloop.tracker.records import NOT_USED, Segments
-from luxloop.tracker.seen_through import seen_through
 
 EGO: tuple[float, float] = (0.0, 0.0)
 CELL_M = 0.5
@@ -94,7 +94,7 @@ class Background:
         if not len(memory.cells):
             return
         ego = np.asarray(ego_odom)
-        free = seen_through(memory.centers() - ego, points_odom - ego, UNIT_OFFSET_M, 2.0 * CELL_M)
+        free = free_space.free(memory.centers() - ego, points_odom - ego, 2.0 * CELL_M)
         memory.weaken(np.where(free, PASSED_LOG_ODDS, 0.0), factor, LOG_ODDS_MIN)
 
     def remove(self, points_odom: Floats, segments: Segments, ego_odom: npt.ArrayLike = EGO) -> Segments:

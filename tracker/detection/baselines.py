@@ -13,7 +13,7 @@ import numpy as np
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.detection.lines import MINIMAL_SAMPLE, fit_line
 from luxloop.tracker.detection.rectangles import measure
-from luxloop.tracker.detection.tlinkage import LOCALITY, LinkageConfig, agglomerate, hypotheses, uniforms
+from luxloop.tracker.detection.tlinkage import LOCALITY, agglomerate, hypotheses, uniforms
 from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import BASELINES, Candidates, Linkage, SegmentedPoints
 
@@ -188,7 +188,7 @@ def jlinkage_clusters(points: Floats, inlier_m: float = INLIER_M) -> Ints:
 
 def jlinkage_uniforms(points: int) -> Floats:
     """Random numbers of the hypotheses for a number of points, as for T-linkage."""
-    return uniforms(SEED, max(points, POINTS_MAX), LinkageConfig().samples_per_point)
+    return uniforms(SEED, max(points, POINTS_MAX))
 
 
 def autoware(points: Floats) -> float:

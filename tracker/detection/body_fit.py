@@ -9,8 +9,8 @@ from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.alignment import FLATNESS_M, REACH_M, misalignments
 from luxloop.tracker.detection.bowed_faces import STATES, Beams, BodyShape, fit_body, solve
-from luxloop.tracker.detection.lidar import UNIT_OFFSET_M
 from luxloop.tracker.detection.point_groups import by_group, columns, even_subset, means
+from luxloop.tracker.free_space import UNIT_OFFSET_M
 from luxloop.tracker.records import SegmentedPoints
 
 ALIGNMENT_WEIGHT = 4.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Floats32, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.detection.lidar import UNIT_OFFSET_M
+from luxloop.tracker.free_space import UNIT_OFFSET_M
 from luxloop.tracker.geometry import QUARTER, inside, rotate
 from luxloop.tracker.kernels.odometry import placed
 from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments, SmallBoxes

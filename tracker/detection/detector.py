@@ -30,7 +30,7 @@ from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.detection.truncation import TruncationConfig
 from luxloop.tracker.kernels.odometry import placed
-from luxloop.tracker.merging import MergeConfig, Pieces
+from luxloop.tracker.merging import Pieces
 from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
 from luxloop.tracker.scan import Scan
 
@@ -47,7 +47,6 @@ class DetectorConfig:
     deskew: DeskewConfig = field(default_factory=DeskewConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
-    union: MergeConfig = field(default_factory=MergeConfig)
     truncation: TruncationConfig = field(default_factory=TruncationConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
@@ -138,7 +137,7 @@ class Detector:
         ego_odom = scan.ego_pose_odom[:2]
         self._background.forget(scan.time, points_odom, ego_odom)
         segments = self._background.remove(points_odom, segments, ego_odom)
-        return segments if long is None else merging.merge_segments(points_odom, segments, long, self.config.union)
+        return segments if long is None else merging.merge_segments(points_odom, segments, long)
 
     def link(self, points: SegmentedPoints) -> Linkage:
         """Separate lines from outliers in every segment."""

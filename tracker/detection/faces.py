@@ -10,9 +10,10 @@ import numpy as np
 
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.detection.lidar import UNIT_OFFSET_M, LidarConfig
+from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.lines import LENGTH_MIN_M, MINIMAL_SAMPLE, extent, fit_line, near
 from luxloop.tracker.detection.point_groups import columns
+from luxloop.tracker.free_space import UNIT_OFFSET_M
 from luxloop.tracker.records import SegmentedPoints
 
 FLATNESS_M = 0.01

@@ -3,9 +3,6 @@
 import math
 from dataclasses import dataclass
 
-UNIT_OFFSET_M = 2.5
-"""Maximum distance of a unit from the ego's centre [m], the margin for statements on the view of all units."""
-
 
 @dataclass(frozen=True, slots=True)
 class LidarConfig:

@@ -21,6 +21,8 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 """Golden ratio minus 1."""
 LOCALITY = 0.25
 """Scale of the local sampling as a fraction of the segment's diagonal, as in the code of Magri and Fusiello."""
+SAMPLES_PER_POINT = 2
+"""Line hypotheses per point, as in the same code for local sampling."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +37,6 @@ class LinkageConfig:
     tau_m: float = 0.08
     """Inlier threshold of equation (1) [m]: two steps of the LUX's distance resolution, 4 cm by its data sheet.
     Change it with the noise of the unit."""
-    samples_per_point: int = 2
-    """Line hypotheses per point, as in the code of Magri and Fusiello for local sampling. More find lines of few
-    points."""
     points_max: int = 40
     """Larger segments are linked on an evenly spaced subset; every point is then assigned to the lines found.
     Change it to trade time for lines of few points."""
@@ -47,14 +46,13 @@ class LinkageConfig:
     def __post_init__(self) -> None:
         if self.tau_m <= 0.0:
             raise ValueError(f"tau_m is {self.tau_m}; give a positive distance in metres")
-        require_within(self, 1, 100, "samples_per_point")
         require_within(self, 2, 10_000, "points_max")
         if self.seed < 0:
             raise ValueError(f"seed is {self.seed}; give 0 or more")
 
 
 @lru_cache(maxsize=8)
-def uniforms(seed: int, points: int, samples: int) -> Floats:
+def uniforms(seed: int, points: int, samples: int = SAMPLES_PER_POINT) -> Floats:
     """(points, samples) numbers in [0, 1), the same for every segment, so that segments are independent.
 
     Stratified: the samples of a point are evenly spaced in its distribution, and shifted from point to point by the
@@ -79,7 +77,7 @@ def link(points: SegmentedPoints, config: LinkageConfig, lidar: LidarConfig) -> 
     `lines` and `paper` the line of the most points is the dominant one, fitted by total least squares.
     """
     chosen, first = even_subset(points.xy, points.offset, config.points_max)
-    sample, numbers = points.xy[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
+    sample, numbers = points.xy[chosen], uniforms(config.seed, config.points_max)
     cluster = link_samples(sample, first, numbers, LOCALITY, config.tau_m)
     if config.variant == "faces":
         label, heading = label_faces(points, chosen, first, cluster, config.tau_m, lidar)

@@ -31,17 +31,17 @@ class AssociationConfig:
     """Data association."""
 
     method: Literal["hungarian", "greedy"] = "hungarian"
-    """`hungarian`: least total cost (4). `greedy`: the cheapest pair, then the cheapest of the remaining ones,
-    for comparison."""
+    """`hungarian`: least total cost (4). `greedy`: the cheapest pair, then the cheapest of the remaining ones.
+    Change it to compare assignments."""
     gate_chi2: float = 13.8
     """Gate (5) on the squared Mahalanobis distance of the corner; 99.9 % of a chi-square with 2 degrees.
     Increase it for motion that the models do not describe."""
     view_std_m: float = 0.2
     """Standard deviation of the end of a vehicle between views, as from bumper to hood [m]; filters omit it.
-    0 for the gate of the paper."""
+    Set 0 for the gate of the paper."""
     shape_cost_max: float = 9.0
     """Cap on the heading and size terms of the cost (3 sigma squared), so that a bad shape cannot veto a good position.
-    0 for a cost and a gate of the position only, as in the paper."""
+    Set 0 for a cost and a gate of the position only, as in the paper."""
 
     def __post_init__(self) -> None:
         require_within(self, 1e-6, 1e6, "gate_chi2")

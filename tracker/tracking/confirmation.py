@@ -45,15 +45,19 @@ class ConfirmationConfig:
     """Track confirmation, coasting and termination."""
 
     vehicle_prior: float = 0.5
-    """Probability that a new track is a vehicle: about half of the objects of vehicle size beside roads are."""
+    """Probability that a new track is a vehicle: about half of the objects of vehicle size beside roads are.
+    Decrease it among many walls and hedges."""
     confirm_probability: float = 0.9
-    """Probability of a vehicle at which a track is confirmed; at the opposite one it becomes tentative again."""
+    """Probability of a vehicle at which a track is confirmed; at the opposite one it becomes tentative again.
+    Increase it if false tracks cost more than late ones."""
     confirm_hits: int = 3
-    """Minimum number of observations for confirmation."""
+    """Minimum number of observations for confirmation. Increase it with the rate of scans."""
     tentative_coast_s: float = 0.15
-    """A tentative track is terminated if it was not seen for longer than this before the last scan [s]."""
+    """A tentative track is terminated if it was not seen for longer than this before the last scan [s].
+    Increase it for slower scans: two of them at 12.5 Hz."""
     gap_s: float = 0.25
-    """A confirmed track stays confirmed through gaps up to this length [s] and coasts after it."""
+    """A confirmed track stays confirmed through gaps up to this length [s] and coasts after it. Increase it for slower
+    scans: three of them at 12.5 Hz."""
 
     def __post_init__(self) -> None:
         require_within(self, 0.5, 1.0 - 1e-9, "confirm_probability")

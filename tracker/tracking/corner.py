@@ -72,18 +72,19 @@ class CornerConfig:
     """
 
     known_std_m: float = 0.15
-    """Standard deviation of an end that is a known side length away from a visible end [m]."""
-    unseen_share: float = 0.5
-    """Standard deviation of an end that was never visible, as a share of the length that the prior adds to the seen
-    extent."""
+    """Standard deviation of an end that is a known side length away from a visible end [m]. Increase it if vehicles
+    have sizes that the classes do not describe. Set 0 for hidden ends as certain as visible ones, as in the paper."""
+    unseen_fraction: float = 0.5
+    """Standard deviation of an end that was never visible, as a fraction of the length that the prior adds to the
+    visible extent. Decrease it if all vehicles are of one known size. Set 0 to compare with the paper."""
 
     def __post_init__(self) -> None:
-        require_within(self, 0.0, 1e3, "known_std_m", "unseen_share")
+        require_within(self, 0.0, 1e3, "known_std_m", "unseen_fraction")
 
 
 def end_variance(unseen: Floats, config: CornerConfig) -> Floats:
     """(2,) variance of one end of each side when the other end is known and a part (2,) [m] was never seen [m^2]."""
-    return np.asarray(np.square(np.maximum(config.known_std_m, config.unseen_share * unseen)))
+    return np.asarray(np.square(np.maximum(config.known_std_m, config.unseen_fraction * unseen)))
 
 
 def speeds(tracks: "TrackTable") -> Floats:

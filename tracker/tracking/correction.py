@@ -74,20 +74,20 @@ def follow(
     heading.observe_sides(tracks, t, size, untruncated)
     tracks.hits[t] += 1
     tracks.unseen_s[t] = 0.0
-    vehicle_size.observe_size(tracks, t, size, untruncated, config.extent)
+    vehicle_size.observe_size(tracks, t, size, untruncated)
     sign = seen.corner_sign[p]
     if (sign != tracks.corner_sign[t]).any():
         unseen, (yaw_rate, _) = 2.0 * tracks.size_std[t], filtered.yaw_rate(tracks, t)
         corner.change_corner(tracks, t, sign, unseen, yaw_rate, config.corner)
         selection.summarise(tracks, seen.row[p : p + 1])
     count_view(tracks, t, size, untruncated, seen.flat.item(p))
-    course = course_of(tracks, t, filtered, config)
+    course = course_of(tracks, t, filtered)
     if not tracks.left[t]:
         check_motion(tracks, t, size, untruncated, seen.end_visible[p], sign, moving=course is not None)
     turn(tracks, t, heading.turns_to_front(tracks, t, course, filtered, dt))
 
 
-def course_of(tracks: TrackTable, t: int, filtered: HeadingFilter, config: TrackConfig) -> Course | None:
+def course_of(tracks: TrackTable, t: int, filtered: HeadingFilter) -> Course | None:
     """Return the direction of motion of the rear axle of a vehicle, None for one that may be stationary.
 
     The corners of a turning vehicle move across its heading, the rear axle does not.
@@ -100,7 +100,7 @@ def course_of(tracks: TrackTable, t: int, filtered: HeadingFilter, config: Track
     x, y = lever.real, lever.imag
     of_axle = xx + variance * x * x, xy + variance * x * y, yy + variance * y * y
     velocity = complex(*tracks.estimate[t, 2:4].tolist()) + yaw_rate * lever
-    return orientation.course(velocity, of_axle, config.orientation)
+    return orientation.course(velocity, of_axle)
 
 
 def turn(tracks: TrackTable, t: int, quarters: int) -> None:
@@ -129,4 +129,4 @@ def absorb(
     corner.shift(tracks, t, offset, yaw_rate)
     selection.summarise(tracks, np.array([t]))
     tracks.contradicted_from[t] += offset
-    vehicle_size.extend_size(tracks, t, high - low, config.extent)
+    vehicle_size.extend_size(tracks, t, high - low)

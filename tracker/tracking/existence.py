@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop.tracker import free_space
 from luxloop.tracker.arrays import Floats
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.seen_through import seen_through, turned_returns
 from luxloop.tracker.tracking.corner import corner_covariance
 from luxloop.tracker.tracking.track_table import COASTING, DEAD, TrackTable
 
@@ -37,19 +37,17 @@ class ExistenceConfig:
     """Memory of vehicles that are hidden."""
 
     course_s: float = 4.0
-    """Mean time in which a hidden vehicle keeps its predicted course [s]."""
+    """Mean time in which a hidden vehicle keeps its predicted course [s]. Increase it for roads without turns."""
     existence_min: float = 0.1
-    """A coasting track with a smaller probability of existence is terminated."""
+    """A coasting track with a smaller probability of existence is terminated. Decrease it for longer memories of hidden
+    vehicles."""
     std_max_m: float = 6.0
     """A coasting track with a larger standard deviation of its position is terminated [m]: the spacing of vehicles in a
-    queue, beyond which the next one is as near to the prediction."""
-    unit_offset_m: float = 2.5
-    """Maximum distance of a unit from the ego's centre [m]."""
+    queue, beyond which the next one is as near to the prediction. Increase it for sparse traffic."""
 
     def __post_init__(self) -> None:
         require_within(self, 0.0, 1.0, "existence_min")
         require_within(self, 1e-3, 1e6, "course_s", "std_max_m")
-        require_within(self, 0.0, 1e3, "unit_offset_m")
 
 
 def existence(unseen_s: float, hidden: float, config: ExistenceConfig) -> float:
@@ -81,8 +79,8 @@ def terminate_lost(tracks: TrackTable, scan: Scan, config: ExistenceConfig) -> N
     covariance = np.array([corner_covariance(tracks, t) for t in rows.tolist()])
     center, heading, size = tracks.subset(rows).boxes(tracks.size[rows])
     places = predicted_places(center, heading, size[:, 0].copy(), covariance) - scan.ego_pose_odom[:2]
-    returns = turned_returns(scan.points_ego, scan.ego_pose_odom[2])
-    free = seen_through(places.reshape(-1, 2), returns, config.unit_offset_m, FREE_MARGIN_M)
+    returns = free_space.turned_returns(scan.points_ego, scan.ego_pose_odom[2])
+    free = free_space.free(places.reshape(-1, 2), returns, FREE_MARGIN_M)
     share = 1.0 - free.reshape(places.shape[:-1]).any(axis=2).mean(axis=1)
     vague = covariance[:, 0, 0] + covariance[:, 1, 1] > 2.0 * config.std_max_m**2
     for t, hidden, lost in zip(rows.tolist(), share.tolist(), vague.tolist(), strict=True):

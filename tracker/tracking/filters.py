@@ -69,23 +69,26 @@ class FilterConfig:
 
     models: tuple[ModelName, ...] = ("stationary", "cv", "ca")
     """Motion models of the bank, each once. `ctrv` turns at a constant rate with constant speed, `ctra` with a constant
-    change of speed, and `two-axle` is the kinematic single-track model."""
+    change of speed, and `two-axle` is the kinematic single-track model. Change it to compare models."""
     acceleration_std_mps2: float = 0.1
     """Constant velocity model: unintended acceleration of a driver who keeps the speed [m/s^2]. Following drivers
-    oscillate by about 0.2 without noticing (Wiedemann 1974): two standard deviations."""
+    oscillate by about 0.2 without noticing (Wiedemann 1974): two standard deviations. Increase it for racing drivers
+    or rough traffic."""
     jerk_std_mps3: float = 1.0
     """Constant acceleration model: jerk; ordinary driving stays below 2 to 3, at least two standard deviations
-    [m/s^3]."""
+    [m/s^3]. Increase it for emergency braking, if tracks lag behind it."""
     heading: Literal["adaptive", "paper"] = "adaptive"
     """`adaptive`: the noise of the yaw rate follows from the speed, and outliers are weighed by their probability.
     `paper`: constant noise, `YAW_ACCELERATION_STD_RADPS2`, a yaw rate of zero in all models but constant acceleration,
-    and the gate `HEADING_GATE_SIGMA`."""
+    and the gate `HEADING_GATE_SIGMA`. Change it to compare with the paper."""
     initial_speed_std_mps: float = 8.0
-    """Standard deviation of the initial speed: urban traffic up to 60 km/h is two standard deviations [m/s]."""
+    """Standard deviation of the initial speed: urban traffic up to 60 km/h is two standard deviations [m/s].
+    Increase it for motorways with much oncoming traffic."""
     position_std_floor_m: float = 0.007
-    """Corner noise that the fit does not model: beams meet the outline at other places in each scan [m]."""
+    """Corner noise that the fit does not model: beams meet the outline at other places in each scan [m]. Increase it
+    with the beam spacing."""
     heading_std_floor_rad: float = 0.02
-    """Heading noise that the fit does not model [rad]."""
+    """Heading noise that the fit does not model [rad]. Increase it if headings follow the noise of your sensor."""
 
     def __post_init__(self) -> None:
         if not self.models or len(set(self.models)) < len(self.models):

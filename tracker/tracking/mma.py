@@ -14,7 +14,7 @@ import numpy as np
 
 from luxloop.tracker.arrays import Floats
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.records import MODEL_NAMES, MODELS
+from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracking.filters import correct_rows, predict_rows
 
 LEAST_PROBABILITY = 1e-9
@@ -23,6 +23,12 @@ LEAST_PROBABILITY = 1e-9
 STATIONARY, CV, CA = (MODELS.index(model) for model in ("stationary", "cv", "ca"))
 """Their indices in the standard set."""
 
+STANDING_MPS = 0.28
+"""A slower vehicle is stationary [m/s]: 1 km/h, far below the creep of an idling automatic car. A corner with an error
+of 5 cm, observed for a second at 12.5 Hz, gives the speed to 5 cm/s, a fifth of this."""
+
+PROBABILITY_FLOOR = 0.02
+"""Lower limit of every probability of independent filters, so that a model can recover at a change of mode."""
 
 STOPPING_TIME_S = 0.2
 """Time constant of the change from a moving model below that speed to the stationary one [s]."""
@@ -35,21 +41,15 @@ class MmaConfig:
     method: Literal["mma", "imm", "average", "paper"] = "mma"
     """`mma`: mixing, and selection of the filter of the highest score. `imm`: filterpy's interacting multiple model,
     which reports the mean of all models, weighted by their probabilities. `average`: independent filters, and that mean
-    (Magill 1965). `paper`: filterpy's independent filters, and selection of the highest score; both with
-    `probability_floor`."""
+    (Magill 1965). `paper`: filterpy's independent filters, and selection of the highest score. Change it to compare
+    selections."""
     mode_time_s: float = 3.0
-    """Mean time in a mode [s]: the time between two actions in urban traffic."""
-    standing_mps: float = 0.28
-    """A slower vehicle is stationary [m/s]: 1 km/h, far below the creep of an idling automatic car. A corner with an
-    error of 5 cm, observed for a second at 12.5 Hz, gives the speed to 5 cm/s, a fifth of this."""
+    """Mean time in a mode [s]: the time between two actions in urban traffic. Increase it for motorways."""
     tail_dof: float = 4.0
-    """Degrees of freedom of the t-distribution of corner noise: few mean heavy tails, 1e6 is nearly normal."""
-    probability_floor: float = 0.02
-    """`paper` and `average`: lower limit of every probability, so that a model can recover at a change of mode."""
+    """Degrees of freedom of the t-distribution of corner noise: few mean heavy tails. Set 1e6, nearly normal, to
+    compare with the paper."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.probability_floor < 1 / len(MODEL_NAMES):
-            raise ValueError(f"probability_floor must lie between 0 and 1/{len(MODEL_NAMES)}")
         if self.mode_time_s < STOPPING_TIME_S:
             raise ValueError(f"mode_time_s is {self.mode_time_s}; give {STOPPING_TIME_S} or more")
         if self.tail_dof <= 0:
@@ -69,8 +69,6 @@ class Changes(NamedTuple):
     """Probability that a slow vehicle changes to the stationary model."""
     stationary: int
     """Index of that model, -1 for none."""
-    standing_mps: float
-    """A slower vehicle is slow [m/s]."""
     least: float
     """Probability of the change to that model, at least."""
 
@@ -91,7 +89,7 @@ def transitions(mean: Floats, covariance: Floats, changes: Changes) -> Floats:
             for j in range(models):
                 chain[t, i, j] = 0.0 if i == j else changes.leaves
                 if i != j and j == changes.stationary:
-                    stops = changes.stops * slow(mean[t, i], covariance[t, i], changes.standing_mps)
+                    stops = changes.stops * slow(mean[t, i], covariance[t, i], STANDING_MPS)
                     chain[t, i, j] = max(stops, changes.least)
                 total += chain[t, i, j]
             kept = 1.0
@@ -212,7 +210,7 @@ def changes(dt: float, config: MmaConfig, models: tuple[str, ...]) -> Changes:
     leaves = -math.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
     stops = -math.expm1(-dt / STOPPING_TIME_S)
     stationary = models.index("stationary") if "stationary" in models else -1
-    return Changes(leaves, stops, stationary, config.standing_mps, LEAST_PROBABILITY)
+    return Changes(leaves, stops, stationary, LEAST_PROBABILITY)
 
 
 Banks = tuple[Floats, Floats, Floats]

@@ -100,7 +100,7 @@ class AverageModel(SelectedModel):
 
     def __init__(self, config: MmaConfig) -> None:
         super().__init__(config)
-        self.floor = config.probability_floor
+        self.floor = mma.PROBABILITY_FLOOR
 
     @property
     def mode_time_s(self) -> float:
@@ -126,7 +126,7 @@ class PaperModel(SelectedModel):
 
     def __init__(self, config: MmaConfig) -> None:
         super().__init__(config)
-        self.floor = config.probability_floor
+        self.floor = mma.PROBABILITY_FLOOR
 
     @property
     def mode_time_s(self) -> float:

@@ -1,16 +1,17 @@
 """Front of a vehicle: resolves the quarter-turn ambiguity of a rectangle's heading, without flips."""
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.bounds import require_within
 from luxloop.tracker.geometry import QUARTER, wrap
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 from luxloop.tracker.vehicle_classes import FACE_MIN_M, TRUNCATED_PROBABILITY, length_log_odds
+
+COURSE_SPEED_MIN_MPS = 1.0
+"""Minimum speed at which the direction of motion defines the front [m/s]."""
 
 COURSE_SIGMA = 4.0
 """Minimum speed for the same, in standard deviations."""
@@ -24,18 +25,6 @@ comes into view behind another one seems to move, by the vehicle's width at most
 
 TURN_LOG_ODDS = 1.0
 """Minimum log-odds against the heading of a stationary vehicle for a turn: a hysteresis."""
-
-
-@dataclass(frozen=True, slots=True)
-class OrientationConfig:
-    """Choice among the four directions of a rectangle."""
-
-    course_speed_min_mps: float = 1.0
-    """Minimum speed at which the direction of motion defines the front [m/s].
-    Increase it for noisy velocities."""
-
-    def __post_init__(self) -> None:
-        require_within(self, 0.0, 1e3, "course_speed_min_mps")
 
 
 def turn_sign(sign: Ints, quarters: int) -> Ints:
@@ -95,11 +84,11 @@ class Course(NamedTuple):
     """[rad^2]."""
 
 
-def course(velocity: complex, covariance: tuple[float, float, float], config: OrientationConfig) -> Course | None:
+def course(velocity: complex, covariance: tuple[float, float, float]) -> Course | None:
     """Direction of a velocity [m/s] with covariance xx, xy, yy, None if it is not significant."""
     x, y, (xx, xy, yy) = velocity.real, velocity.imag, covariance
     squared = x * x + y * y
-    if abs(velocity) < config.course_speed_min_mps:
+    if abs(velocity) < COURSE_SPEED_MIN_MPS:
         return None
     if yy * x * x - 2.0 * xy * x * y + xx * y * y < COURSE_SIGMA**2 * (xx * yy - xy * xy):
         return None

@@ -90,7 +90,7 @@ class SmallConfig:
     """
 
     enabled: bool = True
-    """Track small road users beside the vehicles. Off: as in the paper, which tracks vehicles only."""
+    """Track small road users beside the vehicles. Set false to track vehicles only, as in the paper."""
 
 
 PERSON_M = np.array([0.5, 0.5])

@@ -82,7 +82,7 @@ class DefaultTrackManagement:
         filtered = heading.heading_filter(self._config.filters)
         for t in np.flatnonzero(tracks.seen).tolist():
             moved = tracks.oriented[t] and tracks.seen_size[t, 1] <= WIDE_M
-            if moved or correction.course_of(tracks, t, filtered, self._config) is not None:
+            if moved or correction.course_of(tracks, t, filtered) is not None:
                 tracks.axis_log_odds[t] = np.inf
                 continue
             others, (x, y, yaw, _, _) = flow.without(tracks.id.item(t)), confirmation.footprint(tracks, t)
@@ -175,7 +175,7 @@ def new_track(seen: Observations, b: int, id: int, flow: TrafficFlow, config: Tr
     size, near = orientation.turn_size(seen.size[b], turns), orientation.turn_sign(seen.corner_sign[b], turns)
     cut = np.concatenate([seen.cut[b, turns:], seen.cut[b, :turns]])
     yaw, untruncated = wrap(float(seen.heading[b]) + turns * QUARTER), uncut(cut)
-    likelihood, of_pieces, views, usual, size_std = vehicle_size.first_view(size, untruncated, config.extent)
+    likelihood, of_pieces, views, usual, size_std = vehicle_size.first_view(size, untruncated)
     covariance = seen.covariance[b, :2, :2]
     known = shows_end(size, near, cut, usual), variance_along(covariance, yaw)
     variance = np.where(*known, end_variance(2.0 * size_std, config.corner))

@@ -5,13 +5,11 @@ front belongs to a long vehicle.
 """
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.bounds import require_within
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.vehicle_classes import (
     CAR_LONGEST_M,
@@ -44,20 +42,16 @@ GROWN_MIN_M = 0.5
 """A side that grows by more than this was truncated before [m]: two beams at either end."""
 
 KNOWN_FRACTION = 0.8
-"""A side is known to exist completely if this share of it was seen."""
+"""A side is known to exist completely if this fraction of it was seen."""
 
+HIDDEN_LENGTH_M = 0.27
+"""Part of a length that rounded corners hide from a view of the whole side [m]: 0.2 to 0.4 on cars."""
 
-@dataclass(frozen=True, slots=True)
-class ExtentConfig:
-    """Memory of a vehicle's seen extents, and the evidence of its views for its size."""
+HIDDEN_WIDTH_M = 0.15
+"""Part of a width that they hide [m]: 0.1 to 0.2 on cars."""
 
-    hidden_length_m: float = 0.27
-    """Part of a length that rounded corners hide from a view of the whole side [m]: 0.2 to 0.4 on cars."""
-    hidden_width_m: float = 0.15
-    """Part of a width that rounded corners hide from a view of the whole side [m]: 0.1 to 0.2 on cars."""
-
-    def __post_init__(self) -> None:
-        require_within(self, 0.0, 1e3, "hidden_length_m", "hidden_width_m")
+HIDDEN_M: Floats = np.array([HIDDEN_LENGTH_M, HIDDEN_WIDTH_M])
+"""(2,) both."""
 
 
 def known(seen: Floats, size: Floats) -> Floats:
@@ -70,32 +64,32 @@ def likely(seen: Floats, size: Floats, std: Floats) -> Floats:
     return np.asarray(np.maximum(np.minimum(seen, size), size - std))
 
 
-def first_view(size: Floats, untruncated: Bools, config: ExtentConfig) -> tuple[Floats, Floats, Ints, Floats, Floats]:
+def first_view(size: Floats, untruncated: Bools) -> tuple[Floats, Floats, Ints, Floats, Floats]:
     """Return the columns of a new track: likelihoods, those of pieces, numbers of views, size and its deviation.
 
     Its first view has extents (2,) [m] and a mask (2,) of untruncated sides.
     """
     likelihood, of_pieces = np.zeros((2, 2, len(GRID_M)))
     views = np.zeros((2, 2), dtype=np.int64)
-    estimated = add_view_and_estimate(likelihood, of_pieces, views, size, untruncated, rounded_off(config))
+    estimated = add_view_and_estimate(likelihood, of_pieces, views, size, untruncated, HIDDEN_M)
     return likelihood, of_pieces, views, *estimated
 
 
-def observe_size(tracks: "TrackTable", t: int, observed: Floats, untruncated: Bools, config: ExtentConfig) -> None:
+def observe_size(tracks: "TrackTable", t: int, observed: Floats, untruncated: Bools) -> None:
     """Update the size of a track by extents (2,) [m], with a mask (2,) of untruncated sides."""
     gains, growth = (GROWTH, SETTLED_GROWTH), (GROWN_MIN_M, CAR_LONGEST_M)
     memory = tracks.seen_size[t], tracks.whole_views[t]
     tracks.seen_size[t] = remembered_extents(*memory, observed, untruncated, gains, growth)
     posterior = tracks.size_likelihood[t], tracks.piece_likelihood[t], tracks.size_views[t]
-    estimated = add_view_and_estimate(*posterior, observed, untruncated, rounded_off(config))
+    estimated = add_view_and_estimate(*posterior, observed, untruncated, HIDDEN_M)
     tracks.size[t], tracks.size_std[t] = estimated
 
 
-def extend_size(tracks: "TrackTable", t: int, seen: Floats, config: ExtentConfig) -> None:
+def extend_size(tracks: "TrackTable", t: int, seen: Floats) -> None:
     """Set the seen extents (2,) [m] of a track to those of several pieces together, and exclude shorter sides."""
     tracks.seen_size[t] = seen
     weight, cut = np.full(2, LOG_ODDS_MAX), np.zeros(2, np.bool_)
-    add_view(tracks.size_likelihood[t], seen, cut, weight, np.zeros(2), rounded_off(config))
+    add_view(tracks.size_likelihood[t], seen, cut, weight, np.zeros(2), HIDDEN_M)
     tracks.size[t], tracks.size_std[t] = estimate(tracks.size_likelihood[t], tracks.piece_likelihood[t])
 
 
@@ -105,11 +99,6 @@ def swap_sides(tracks: "TrackTable", t: int) -> None:
         column[t] = column[t, ::-1].copy()
     tracks.size_views[t] = tracks.size_views[t, :, ::-1].copy()
     tracks.size[t], tracks.size_std[t] = estimate(tracks.size_likelihood[t], tracks.piece_likelihood[t])
-
-
-def rounded_off(config: ExtentConfig) -> Floats:
-    """(2,) part of length and width that rounded corners hide [m]."""
-    return np.array([config.hidden_length_m, config.hidden_width_m])
 
 
 @kernel()
@@ -245,8 +234,7 @@ def add_view_and_estimate(
     """Add a view of extents (2,) [m], `whole` (2,) if truncated at neither end; return the estimate, see `estimate`.
 
     Updates the log-likelihoods (2, G) of independent views and of pieces, and the numbers (2, 2) of all views and of
-    pieces by side. The `settings` are the minimum weight of a view, the forgetting, and the probabilities of truncated
-    and merged views; see `luxloop.tracker.tracking.size_posterior`.
+    pieces by side.
     """
     weight, forgets, gain = np.zeros(2), np.zeros(2), np.zeros(2)
     for axis in range(2):

@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from luxloop.scenarios.exchange.file_formats import first_line
-from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.exchange.file_formats import Role, first_line
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
@@ -17,10 +16,10 @@ FIELDS = 17
 
 def shows_boxes(path: Path, head: bytes) -> bool:
     """Return True for a folder of sequences, and for lines of labels without commas."""
-    from luxloop.scenarios.exchange.kitti import kitti_folder
+    from luxloop.scenarios.exchange.kitti import kitti_labels
 
     if path.is_dir():
-        return kitti_folder.is_kitti(path)
+        return kitti_labels.is_kitti(path)
     line = first_line(head)
     words = line.split()
     return b"," not in line and len(words) >= FIELDS and words[0].lstrip(b"-").isdigit()
@@ -28,9 +27,9 @@ def shows_boxes(path: Path, head: bytes) -> bool:
 
 def read_boxes(path: Path, role: Role) -> "list[BoxTable]":
     """Return the boxes of a sequence. See `BoxFormat`."""
-    from luxloop.scenarios.exchange.kitti import kitti_folder, kitti_labels
+    from luxloop.scenarios.exchange.kitti import kitti_labels
 
-    return [kitti_labels.read(kitti_folder.sequence(path, role) if path.is_dir() else path)]
+    return [kitti_labels.read(kitti_labels.sequence(path, role) if path.is_dir() else path)]
 
 
 def export(run: "RecordedRun", folder: Path) -> None:

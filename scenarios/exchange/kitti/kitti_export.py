@@ -18,10 +18,10 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.exchange.exported_run import TRACK_HEIGHT_M, cloud, confirmed_tracks
+from luxloop.scenarios.exchange.exported_run import cloud, confirmed_tracks
 from luxloop.scenarios.exchange.kitti.kitti_labels import heading
 from luxloop.scenarios.grading.plane_geometry import into_frame
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_run import TRACK_HEIGHT_M, RecordedRun
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Kind, WorldFrame
 

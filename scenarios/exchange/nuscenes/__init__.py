@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from luxloop.scenarios.exchange.file_formats import is_json
-from luxloop.scenarios.exchange.file_role import Role
+from luxloop.scenarios.exchange.file_formats import Role, is_json
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
@@ -15,16 +14,16 @@ BOX_SUFFIXES = (".json",)
 
 def shows_boxes(path: Path, head: bytes) -> bool:
     """Return True for a folder of tables, and for JSON."""
-    from luxloop.scenarios.exchange.nuscenes import nuscenes_tables
+    from luxloop.scenarios.exchange.nuscenes import nuscenes_reader
 
-    return nuscenes_tables.folder_of_tables(path) is not None if path.is_dir() else is_json(head)
+    return nuscenes_reader.folder_of_tables(path) is not None if path.is_dir() else is_json(head)
 
 
 def read_boxes(path: Path, _role: Role) -> "list[BoxTable]":
     """Return the annotations of a folder, or the results of a file. See `BoxFormat`."""
-    from luxloop.scenarios.exchange.nuscenes import nuscenes_results, nuscenes_tables
+    from luxloop.scenarios.exchange.nuscenes import nuscenes_reader
 
-    return [nuscenes_tables.read(path) if path.is_dir() else nuscenes_results.read(path)]
+    return [nuscenes_reader.read_tables(path) if path.is_dir() else nuscenes_reader.read_results(path)]
 
 
 def export(run: "RecordedRun", folder: Path) -> None:

@@ -17,6 +17,6 @@ def paper_variant(config: TrackerConfig) -> Tracker:
             filters=replace(config.filters, heading="paper"),
             mma=replace(config.mma, method="paper", tail_dof=1e6),
             small=replace(config.small, enabled=False),
-            corner=replace(config.corner, known_std_m=0.0, unseen_share=0.0),
+            corner=replace(config.corner, known_std_m=0.0, unseen_fraction=0.0),
         )
     )

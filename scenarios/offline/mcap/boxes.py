@@ -18,8 +18,7 @@ import numpy as np
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.grading.plane_geometry import turned
-from luxloop.scenarios.offline.mcap.box_scenes import HEADING, WORLD
-from luxloop.scenarios.offline.mcap.tracked_objects import LABELS
+from luxloop.scenarios.offline.mcap.objects import HEADING, LABELS, WORLD
 
 NANOSECOND_S = 1e-9
 SCENE = "foxglove_msgs/msg/SceneUpdate"

@@ -16,27 +16,94 @@
 Times start at 0, as in the run; the file does not depend on the time of writing.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 from mcap_ros2.writer import Writer
 
+from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.offline.mcap import world_objects
-from luxloop.scenarios.offline.mcap.box_scenes import actor_boxes, track_boxes
-from luxloop.scenarios.offline.mcap.definitions import definition, full_name
-from luxloop.scenarios.offline.mcap.messages import Message, clock, cloud, nanoseconds, scene, transforms
-from luxloop.scenarios.offline.mcap.tracked_objects import detections, tracked_objects
-from luxloop.scenarios.offline.mcap.unit_clouds import plain_name, static_transforms, unit_cloud
+from luxloop.scenarios.offline.mcap.messages import (
+    BASE_LINK,
+    EGO,
+    Message,
+    clock,
+    cloud,
+    definition,
+    full_name,
+    header,
+    nanoseconds,
+    packed_cloud,
+    scene,
+    transforms,
+    vector,
+)
+from luxloop.scenarios.offline.mcap.objects import (
+    actor_boxes,
+    actor_objects,
+    detections,
+    track_boxes,
+    track_objects,
+    tracked_objects,
+)
 from luxloop.scenarios.offline.recorded_run import RecordedRun
-from luxloop.sensor_model.rig.beams import unit_table
+from luxloop.sensor_model.rig.beams import UnitTable, unit_table
+from luxloop.sensor_model.rig.rig import Mount, Rig
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.scan import Scan
+
+LAYOUT = np.dtype(
+    {
+        "names": ["x", "y", "z", "intensity", "ring", "time"],
+        "formats": ["<f4", "<f4", "<f4", "<f4", "<u2", "<f4"],
+        "offsets": [0, 4, 8, 16, 20, 24],
+        "itemsize": 32,
+    }
+)
+"""`velodyne_pcl::PointXYZIRT` of the Velodyne driver (ROS 2 branch); the time is relative to the stamp of the cloud."""
+
+
+def unit_frame(mount: Mount) -> str:
+    """Return the name of the frame of a unit."""
+    return f"lidar_{plain_name(mount)}"
+
+
+def plain_name(mount: Mount) -> str:
+    """Return the name of a unit without characters that ROS does not allow in topics."""
+    return re.sub(r"\W", "_", mount.name)
+
+
+def unit_cloud(time_ns: int, scan: Scan, unit: int, mount: Mount, units: UnitTable) -> Message:
+    """Return the `sensor_msgs/PointCloud2` of a unit in its own frame; the echo pulse width [m] is the intensity."""
+    rows = np.flatnonzero(scan.unit == unit)
+    local = (scan.points_ego[rows].astype(np.float64) - units.origin_ego[unit]) @ units.R_ego_unit[unit]
+    points = np.zeros(len(rows), LAYOUT)
+    points["x"], points["y"], points["z"] = local.T
+    points["intensity"], points["ring"] = scan.echo_pulse_width[rows], scan.layer[rows]
+    points["time"] = scan.time_offset[rows]
+    return packed_cloud(time_ns, unit_frame(mount), points)
+
+
+def static_transforms(time_ns: int, rig: Rig, units: UnitTable) -> Message:
+    """Return a `tf2_msgs/TFMessage` with the rear axle (on the ground) and the units in the ego frame."""
+    rotations = scipy.spatial.transform.Rotation.from_matrix(units.R_ego_unit).as_quat()
+    axle = _transform(time_ns, BASE_LINK, np.array([rig.rear_axle_x_m, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0]))
+    found = zip(rig.mounts, units.origin_ego, rotations, strict=True)
+    return {"transforms": [axle, *(_transform(time_ns, unit_frame(mount), *pose) for mount, *pose in found)]}
+
+
+def _transform(time_ns: int, child: str, origin: Floats, rotation: Floats) -> Message:
+    turn = dict(zip("xyzw", rotation.tolist(), strict=True))
+    pose = {"translation": vector(*origin.tolist()), "rotation": turn}
+    return {"header": header(time_ns, EGO), "child_frame_id": child, "transform": pose}
+
 
 CLOUD, BOXES, TRANSFORM = "sensor_msgs/PointCloud2", "foxglove_msgs/SceneUpdate", "tf2_msgs/TFMessage"
 CLOCK, DETECTIONS = "rosgraph_msgs/Clock", "vision_msgs/Detection3DArray"
@@ -95,7 +162,7 @@ def _messages(run: RecordedRun) -> Iterator[tuple[WorldFrame, Sent]]:
             sent.append(Sent(f"/lidar/{plain_name(mount)}/points", CLOUD, points))
         sent += _scan_messages(time_ns, frame, scan, truth)
         sent.append(Sent("/tracks", BOXES, scene(time_ns, track_boxes(frame, found))))
-        for role, objects in (("truth", world_objects.actors(frame)), ("tracks", world_objects.tracks(found))):
+        for role, objects in (("truth", actor_objects(frame)), ("tracks", track_objects(found))):
             sent.append(Sent(f"/{role}/detections", DETECTIONS, detections(time_ns, objects)))
             sent.append(Sent(f"/{role}/objects", OBJECTS, tracked_objects(time_ns, objects)))
         yield from ((frame, message) for message in sent)

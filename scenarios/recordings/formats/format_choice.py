@@ -1,5 +1,7 @@
-"""Choice of the reader of a recording, by `--format` or by the names of the files."""
+"""Choice of the reader of a recording, by `--format` or by the names of the files, and errors of damaged files."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -7,7 +9,6 @@ from typing import Protocol
 from luxloop.plugins import formats_that
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files.format_option import format_named
-from luxloop.scenarios.recordings.formats.reading_errors import require_bytes
 from luxloop.scenarios.recordings.sweep import RecordingSource
 
 
@@ -74,3 +75,35 @@ def _by_suffix(paths: list[Path]) -> str:
             f"--format, one of {', '.join(found or formats)}"
         )
     return found[0]
+
+
+@contextmanager
+def readable(path: Path, what: str) -> Iterator[None]:
+    """Turn any error of a parser into an InputError of one line that names file and format.
+
+    Parsers of binary files meet arbitrary bytes, and raise the errors of their libraries: struct.error, KeyError,
+    AssertionError, decompression errors.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read as `what`.
+    """
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split()).removeprefix(f"{path}: ") or type(error).__name__
+        raise InputError(
+            f"{path}: not readable as {what} ({reason}); it is damaged, truncated or of another format, see --format"
+        ) from error
+
+
+def require_bytes(paths: list[Path]) -> None:
+    """Raise an InputError for a path that does not exist, and for an empty file."""
+    for path in paths:
+        if not path.exists():
+            raise InputError(f"{path}: no such file; give the path of a recording")
+        if path.is_file() and path.stat().st_size == 0:
+            raise InputError(f"{path}: is empty; give a complete recording")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.recordings.formats.reading_errors import readable
+from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 from luxloop.sensor_model.formats.lux_scan_message import CM_PER_M, LuxMessage
 from luxloop.sensor_model.formats.lux_scan_points import points_unit

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.exchange.file_role import Role
-from luxloop.scenarios.recordings.formats.reading_errors import readable
-from luxloop.scenarios.recordings.formats.ros_messages import NANOSECONDS
-from luxloop.scenarios.recordings.formats.ros_topics import RosTopics
+from luxloop.scenarios.exchange.file_formats import Role
+from luxloop.scenarios.recordings.formats.format_choice import readable
+from luxloop.scenarios.recordings.formats.ros_topics import NANOSECONDS, RosTopics
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.recordings.formats.reading_errors import readable
+from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 
 if TYPE_CHECKING:

@@ -4,9 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from luxloop.scenarios.recordings.formats.reading_errors import readable
-from luxloop.scenarios.recordings.formats.ros_messages import NANOSECONDS
-from luxloop.scenarios.recordings.formats.ros_topics import RosTopics
+from luxloop.scenarios.recordings.formats.format_choice import readable
+from luxloop.scenarios.recordings.formats.ros_topics import NANOSECONDS, RosTopics
 
 if TYPE_CHECKING:
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions

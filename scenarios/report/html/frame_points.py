@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from luxloop.scenarios.recording.recorded_points import read_points
+from luxloop.scenarios.rerun_log.recorded_points import read_points
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.sensor_model.truth import NO_ACTOR

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from support.paths import CATALOG, NETS
 
-from luxloop.scenarios.authoring.net_folder import files_beside
-from luxloop.scenarios.authoring.scenario_text import scenario_text
-from luxloop.scenarios.authoring.type_guesses import TypeGuesses
+from luxloop.scenarios.authoring.draft_sources import TypeGuesses
+from luxloop.scenarios.authoring.new_scenario import scenario_text
+from luxloop.scenarios.authoring.traffic_input import files_beside
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.files.scenario import Scenario
 
@@ -199,7 +199,7 @@ def test_an_ego_that_a_car_hits_is_refused_since_its_own_limit_would_fail(tmp_pa
 
 def test_the_window_has_as_many_neighbours_as_it_says(written):
     scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60")
-    from luxloop.scenarios.authoring.rehearsal import rehearse
+    from luxloop.scenarios.authoring.new_scenario import rehearse
 
     found = rehearse(scenario)
     assert f"with {found.near:.1f} vehicles in the range of grading" in choices[-1]

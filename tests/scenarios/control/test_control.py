@@ -10,10 +10,17 @@ from hypothesis import strategies as st
 from support.frames import DT, Body, Estimate, observe, tracks_of, world_frame
 
 from luxloop.scenarios.control.control_config import CruiseConfig
-from luxloop.scenarios.control.corridor import LeadVehicle, find_lead, nearest_in_corridor, to_path_frame
-from luxloop.scenarios.control.cruise import CruiseController, idm_acceleration
+from luxloop.scenarios.control.ego_driver import CruiseController, idm_acceleration
 from luxloop.scenarios.control.safety import NEVER_CLOSING, NO_CONTROL, NO_FRAME, NO_LEAD, SafetyLog, grade
-from luxloop.scenarios.control.surroundings import Surroundings, TrackedSurroundings, true_surroundings
+from luxloop.scenarios.control.surroundings import (
+    LeadVehicle,
+    Surroundings,
+    TrackedSurroundings,
+    find_lead,
+    nearest_in_corridor,
+    to_path_frame,
+    true_surroundings,
+)
 from luxloop.scenarios.metrics.definitions import DEFINITIONS
 from luxloop.sim.world import Kind
 from luxloop.tracker.records import Status

@@ -11,7 +11,7 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.dataset import obstacle_table
+from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset import writer as dataset
 from luxloop.scenarios.dataset.dataset_columns import FILES, OBSTACLES
 from luxloop.scenarios.errors import OutputError
@@ -86,11 +86,11 @@ def test_obstacles_are_read_back_exactly(tmp_path):
         [0.3, 0.7],
         0.1,
     )
-    obstacle_table.write(tmp_path, obstacles)
-    found = obstacle_table.read(tmp_path)
+    dataset_rows.write(tmp_path, obstacles)
+    found = dataset_rows.read(tmp_path)
     for field in fields(Obstacles):
         np.testing.assert_array_equal(getattr(found, field.name), getattr(obstacles, field.name))
-    assert len(obstacle_table.read(tmp_path / "older")) == 0
+    assert len(dataset_rows.read(tmp_path / "older")) == 0
 
 
 def test_scans_contain_the_ego_pose(written):

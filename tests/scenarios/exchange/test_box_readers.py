@@ -11,7 +11,7 @@ from support.box_files import Box
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.exchange.file_formats import HEAD_BYTES, read, recognise
 from luxloop.scenarios.exchange.kitti import kitti_labels
-from luxloop.scenarios.exchange.nuscenes import nuscenes_results, nuscenes_tables
+from luxloop.scenarios.exchange.nuscenes import nuscenes_reader
 
 KITTI_LINE = "0 7 Car 0 0 -1.57 599.4 156.4 629.8 189.3 1.50 1.60 3.80 -2.0 1.65 12.0 0.00"
 """A line in the layout of `label_02`: a car 12 m ahead and 2 m to the left, that faces to the right."""
@@ -80,8 +80,8 @@ def test_headings_of_quaternions(angle):
     pitch = np.array([np.cos(0.05), 0.0, np.sin(0.05), 0.0])
     w = turn[0] * pitch[0]
     pitched = np.array([w, -turn[3] * pitch[2], turn[0] * pitch[2], turn[3] * pitch[0]])
-    assert nuscenes_results.yaw(turn) == pytest.approx(angle, abs=1e-12)
-    assert nuscenes_results.yaw(pitched) == pytest.approx(angle, abs=1e-12)
+    assert nuscenes_reader.yaw(turn) == pytest.approx(angle, abs=1e-12)
+    assert nuscenes_reader.yaw(pitched) == pytest.approx(angle, abs=1e-12)
 
 
 def scene(folder, stamps_s=(0.0, 0.5, 1.0, 4.0), **changes):
@@ -111,7 +111,7 @@ def scene(folder, stamps_s=(0.0, 0.5, 1.0, 4.0), **changes):
 def test_velocities_of_nuscenes_tables(tmp_path):
     """Differences over the neighbours, up to 1.5 s at an end and 3 s in between: 4.0 s is 3 s from its neighbour."""
     scene(tmp_path)
-    found = nuscenes_tables.read(tmp_path)
+    found = nuscenes_reader.read_tables(tmp_path)
     assert found.kind.tolist() == ["car"] * 4
     assert found.frame.tolist() == [0, 1, 2, 3]
     np.testing.assert_allclose(found.velocity[:2], [[2.0, 0.0], [2.0, 0.0]])

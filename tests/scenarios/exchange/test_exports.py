@@ -11,7 +11,7 @@ from support import short_run
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.exchange.kitti import kitti_labels
-from luxloop.scenarios.exchange.nuscenes import nuscenes_tables
+from luxloop.scenarios.exchange.nuscenes import nuscenes_reader
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 
 MOVING = 'ego = { motion = [{ kind = "arc", speed_mps = 3.0, radius_m = 12.0 }] }'
@@ -135,7 +135,7 @@ def test_the_map_of_nuscenes_is_an_image(run, tables):
 
 
 def test_boxes_of_nuscenes_are_read_back_exactly(run, frames):
-    found = nuscenes_tables.read(run / "nuscenes")
+    found = nuscenes_reader.read_tables(run / "nuscenes")
     for frame, _, _ in frames:
         rows = found.select(found.frame == frame.index)
         actors = frame.actors

@@ -17,7 +17,7 @@ from support import exported_run, separate_packages, short_run
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange import file_formats
-from luxloop.scenarios.exchange.osi import object_types, trace_boxes
+from luxloop.scenarios.exchange.osi import osi_values, trace_boxes
 from luxloop.scenarios.grading.plane_geometry import into_frame
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.sensor_model.rig.beams import unit_table
@@ -185,9 +185,9 @@ def test_another_text_than_a_number_of_points_is_no_number(text):
     import betterosi as osi
 
     moving = osi.MovingObject(
-        source_reference=[osi.ExternalReference(type=object_types.POINTS_REFERENCE, identifier=[text])]
+        source_reference=[osi.ExternalReference(type=osi_values.POINTS_REFERENCE, identifier=[text])]
     )
-    assert object_types.points(moving) is None
+    assert osi_values.points(moving) is None
 
 
 def test_tracks_are_read_back_bit_for_bit(trace, run, frames):

@@ -8,8 +8,15 @@ from support import box_files, devkit_averages
 from support.box_files import Box
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.exchange.distance_matching import DistanceStep, count, match_frames
-from luxloop.scenarios.exchange.recall_average import RECALLS, WORST_MOTP_M, average, recall_curve
+from luxloop.scenarios.exchange.distance_matching import (
+    RECALLS,
+    WORST_MOTP_M,
+    DistanceStep,
+    average,
+    count,
+    match_frames,
+    recall_curve,
+)
 from luxloop.scenarios.grading.score_sums import TrackingScores
 from luxloop.scenarios.grading.tracking_scores import VehicleScores
 

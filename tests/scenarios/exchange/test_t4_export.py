@@ -8,7 +8,7 @@ import pytest
 from support import exported_run
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.exchange.nuscenes import nuscenes_tables
+from luxloop.scenarios.exchange.nuscenes import nuscenes_reader
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 
 FIELDS = {
@@ -156,7 +156,7 @@ def test_twists_are_differences_of_the_poses(frames, tables):
 
 
 def test_boxes_and_velocities_are_read_back_exactly(folder, frames):
-    found = nuscenes_tables.read(folder / "t4")
+    found = nuscenes_reader.read_tables(folder / "t4")
     assert set(found.kind.tolist()) == {"car"}
     for frame, _, _ in frames:
         rows, actors = found.select(found.frame == frame.index), frame.actors

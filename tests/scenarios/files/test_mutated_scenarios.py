@@ -15,7 +15,7 @@ from luxloop.scenarios.cli import main
 from luxloop.scenarios.files.expect import RunVerdict
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.run import device, loop, run_folder
-from luxloop.scenarios.run.compilation import STATUS
+from luxloop.scenarios.run.warm_up import STATUS
 
 TIMEOUT_S = 60.0
 """Timeout, far above the second that two frames take, for busy machines and compilation."""

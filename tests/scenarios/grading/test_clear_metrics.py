@@ -64,7 +64,7 @@ def test_bands_are_those_of_the_first_graded_frame():
     scene = [[Body(0, 14.0 + i, 0.0, 0.0, 12.5)] for i in range(FRAMES)]
     script = [[] if i < 3 else [follow(body)] for i, (body,) in enumerate(scene)]
     metrics = metrics_of(scene, script)
-    names = ("time_to_confirm_s.by_range.0_15", "time_to_confirm_s.by_range.15_30", "time_to_confirm_s.by_class.car")
+    names = (*(f"time_to_confirm_s{{{band}}}" for band in ("range=0-15", "range=15-30", "class=car")),)
     assert values(metrics, *names) == pytest.approx([3 * DT, None, 3 * DT])
 
 
@@ -77,7 +77,7 @@ def test_missed_shares_of_standing_and_long_vehicles():
     moving = Body(2, 10.0, -5.0, 0.0, 5.0)
     script = [[follow(moving), *([follow(CAR)] if i >= 4 else [])] for i in range(FRAMES)]
     metrics = metrics_of([[CAR, bus, moving]] * FRAMES, script)
-    names = ("missed_share", "missed_share_standing", "missed_share_long", "missed_share.by_class.bus")
+    names = ("missed_share", "missed_share_standing", "missed_share_long", "missed_share{class=bus}")
     assert values(metrics, *names) == pytest.approx([14 / 30, 0.4, 1.0, 1.0])
     assert metrics["track.missed_share"].n == 30
     assert values(metrics, "missed") == [14]

@@ -40,11 +40,11 @@ def test_stages_are_reached_in_their_first_frames():
     assert table["frame"].to_dict() == frames
     assert table["reached"].all()
     for stage, frame in frames.items():
-        assert values[f"target.{stage}_s"].value == pytest.approx(frame * DT)
-        assert values[f"target.{stage}_delay_s"].value == pytest.approx((frame - 1) * DT)
-        assert values[f"target.{stage}_range_m"].value == pytest.approx(math.hypot(12.0, 4.0))
-        assert values[f"target.{stage}_reached"].value == 1.0
-    assert values["target.end_s"].reason == "all stages are reached"
+        assert values[f"time_s{{stage={stage}}}"].value == pytest.approx(frame * DT)
+        assert values[f"delay_s{{stage={stage}}}"].value == pytest.approx((frame - 1) * DT)
+        assert values[f"range_m{{stage={stage}}}"].value == pytest.approx(math.hypot(12.0, 4.0))
+        assert values[f"reached{{stage={stage}}}"].value == 1.0
+    assert values["time_s{stage=end}"].reason == "all stages are reached"
 
 
 def test_a_stage_that_is_never_reached_is_censored_at_the_end():
@@ -55,20 +55,21 @@ def test_a_stage_that_is_never_reached_is_censored_at_the_end():
     assert not table.loc["confirmed", "reached"]
     assert table.loc["confirmed", "time_s"] == pytest.approx(3 * DT)
     assert table.loc["confirmed", "delay_s"] == pytest.approx(2 * DT)
-    assert (values["target.confirmed_s"].value, values["target.confirmed_s"].reason) == (None, "never reached")
-    assert values["target.confirmed_reached"].value == 0.0
-    assert values["target.end_s"].value == pytest.approx(3 * DT)
-    assert values["target.end_delay_s"].value == pytest.approx(2 * DT)
-    assert values["vehicle.confirmed_reached"].value == 0.0
-    assert values["vehicle.confirmed_delay_s"].value is None
+    never = values["time_s{stage=confirmed}"]
+    assert (never.value, never.reason) == (None, "never reached")
+    assert values["reached{stage=confirmed}"].value == 0.0
+    assert values["time_s{stage=end}"].value == pytest.approx(3 * DT)
+    assert values["delay_s{stage=end}"].value == pytest.approx(2 * DT)
+    assert values["reached{stage=confirmed,group=vehicle}"].value == 0.0
+    assert values["delay_s{stage=confirmed,group=vehicle}"].value is None
 
 
 def test_an_actor_without_any_beam_has_no_delay_and_does_not_count_in_its_class():
     bodies = scene([0, 0, 0])
     values, table = grade(bodies, [[]] * 3)
     assert table["delay_s"].isna().all()
-    assert values["target.end_delay_s"].reason == "no beam ever ended on it"
-    assert values["vehicle.first_beam_reached"].reason == "no beam ended on a vehicle"
+    assert values["delay_s{stage=end}"].reason == "no beam ever ended on it"
+    assert values["reached{stage=first_beam,group=vehicle}"].reason == "no beam ended on a vehicle"
 
 
 def test_a_track_is_on_the_actor_of_the_largest_overlap():
@@ -81,20 +82,21 @@ def test_a_track_is_on_the_actor_of_the_largest_overlap():
 def test_a_coasting_track_and_one_before_the_first_beam_do_not_count():
     bodies = scene([0, 20, 20])
     values, _ = grade(bodies, tracks(bodies, {}, {"status": Status.COASTING}, {}))
-    assert values["target.confirmed_s"].value == pytest.approx(2 * DT)
-    assert values["target.tentative_s"].value == pytest.approx(2 * DT)
+    assert values["time_s{stage=confirmed}"].value == pytest.approx(2 * DT)
+    assert values["time_s{stage=tentative}"].value == pytest.approx(2 * DT)
 
 
 def test_a_person_is_in_a_box_of_any_size_and_has_no_heading():
     bodies = scene([20, 20], kind=Kind.PEDESTRIAN, size=(0.3, 0.5, 1.7))
     large = {"size": (4.6, 1.8), "x": 12.4, "heading": 1.0}
     values, _ = grade(bodies, tracks(bodies, large, large))
-    assert values["target.located_reached"].value == 1.0
-    assert values["person.located_delay_s"].value == 0.0
-    assert values["vehicle.located_reached"].n == 0
+    assert values["reached{stage=located}"].value == 1.0
+    assert values["delay_s{stage=located,group=person}"].value == 0.0
+    assert values["reached{stage=located,group=vehicle}"].n == 0
     bodies = scene([20, 20], kind=Kind.BICYCLE, size=(1.6, 0.6, 1.7))
     values, _ = grade(bodies, tracks(bodies, large, large))
-    assert (values["bicycle.confirmed_reached"].value, values["bicycle.located_reached"].value) == (1.0, 0.0)
+    reached = [values[f"reached{{stage={stage},group=bicycle}}"].value for stage in ("confirmed", "located")]
+    assert reached == [1.0, 0.0]
 
 
 def test_the_median_of_a_class_counts_those_that_never_reach_a_stage():
@@ -102,11 +104,11 @@ def test_the_median_of_a_class_counts_those_that_never_reach_a_stage():
     frames = [[Body(i, 12.0, 8.0 * i, **ON) for i in range(3)] for _ in range(6)]
     script = [[follow(body) for body in row if index >= (1, 3, 99)[body.id]] for index, row in enumerate(frames)]
     values, _ = grade(frames, script, GradingConfig())
-    assert values["vehicle.confirmed_delay_s"].value == pytest.approx(3 * DT)
-    assert values["vehicle.confirmed_reached"].value == pytest.approx(2 / 3)
+    assert values["delay_s{stage=confirmed,group=vehicle}"].value == pytest.approx(3 * DT)
+    assert values["reached{stage=confirmed,group=vehicle}"].value == pytest.approx(2 / 3)
     # The ranges at confirmation are 12, 14.4 and never: the middle one of the order never, 12, 14.4.
-    assert values["vehicle.confirmed_range_m"].value == pytest.approx(12.0)
-    assert values["target.confirmed_s"].reason == "the scenario names no grading.target"
+    assert values["range_m{stage=confirmed,group=vehicle}"].value == pytest.approx(12.0)
+    assert values["time_s{stage=confirmed}"].reason == "the scenario names no grading.target"
 
 
 def test_distance_and_time_to_the_meeting_point_and_to_the_collision():
@@ -116,12 +118,12 @@ def test_distance_and_time_to_the_meeting_point_and_to_the_collision():
     ego = lambda index: ((10.0 * index * DT, 0.0, 0.0),) * 2  # noqa: E731
     values, _ = grade(bodies, [[]] * 40, ego=ego)
     meeting_m = 20.0 - 0.5 * (size[1] + 1.8) - 0.5 * size[0]
-    assert values["target.first_beam_meeting_m"].value == pytest.approx(meeting_m)
-    assert values["target.first_beam_meeting_s"].value == pytest.approx(meeting_m / 10.0)
+    assert values["meeting_m{stage=first_beam}"].value == pytest.approx(meeting_m)
+    assert values["meeting_s{stage=first_beam}"].value == pytest.approx(meeting_m / 10.0)
     # At the end of the run, the front is 31.2 m from its start and thus beyond the meeting point.
-    assert values["target.end_meeting_m"].value == pytest.approx(meeting_m - 31.2)
+    assert values["meeting_m{stage=end}"].value == pytest.approx(meeting_m - 31.2)
     standing = scene([20])
-    assert grade(standing, [[]])[0]["target.first_beam_ttc_s"].reason == "no collision course at constant velocities"
+    assert grade(standing, [[]])[0]["ttc_s{stage=first_beam}"].reason == "no collision course at constant velocities"
 
 
 def ego_size():
@@ -132,4 +134,4 @@ def ego_size():
 
 def test_an_unknown_target_is_named():
     values, _ = grade(scene([20]), [[]], GradingConfig(target="lorry"))
-    assert values["target.confirmed_s"].reason == 'no actor is named "lorry"'
+    assert values["time_s{stage=confirmed}"].reason == 'no actor is named "lorry"'

@@ -6,20 +6,31 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.frames import CAR_SIZE, Body, Scripted, grade_run, observe, trace_of, world_frame
+from support.many_metrics import GRADED, STANDARD
 
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.metric_names import GRADED
+from luxloop.scenarios.metrics.definition import filtered
 from luxloop.sensor_model.truth import Cause, View
 from luxloop.tracker.records import METHODS
 
 EXACT = (0.0,) * (len(METHODS) - 1)
 
 
+class Values:
+    """Values of metrics by name."""
+
+    def __init__(self, metrics):
+        self._metrics = metrics
+
+    def __getitem__(self, name):
+        return self._metrics[name].value
+
+
 def graded(bodies, trace, frames=1):
     metrics, tables, _ = grade_run([bodies] * frames, Scripted([[]] * frames), trace=trace)
-    return {name: metric.value for name, metric in metrics.items()}, tables["fits"], metrics
+    return Values(metrics), tables["fits"], metrics
 
 
 def turned(turns_deg, best=0):
@@ -44,15 +55,15 @@ def test_heading_and_regret_by_range_and_by_points():
         Body(3, 0.0, -40.0, points=150),
     ]
     value, _, metrics = graded(bodies, turned([1.0, 2.0, 4.0, 8.0]))
-    by_range = {"0_15": 1.0, "15_30": 2.0, "30_50": 6.0}
-    by_points = {"0_30": 1.0, "30_100": 2.0, "100_up": 6.0}
+    by_range = {"0-15": 1.0, "15-30": 2.0, "30-50": 6.0}
+    by_points = {"0-30": 1.0, "30-100": 2.0, "100-": 6.0}
     for kind, expected in (("range", by_range), ("points", by_points)):
         for band, error in expected.items():
-            end = f"by_{kind}.{band}"
-            assert value[f"fit.heading_abs_mean_deg.{end}"] == pytest.approx(error)
-            assert value[f"fit.heading_abs_mean_deg{{method=area}}.{end}"] == pytest.approx(error)
-            assert value[f"fit.heading_abs_mean_deg{{method=variance}}.{end}"] == pytest.approx(0.0, abs=1e-9)
-            assert value[f"fit.regret_deg.{end}"] == pytest.approx(error)
+            heading, within = "fit.heading_abs_mean_deg", {kind: band}
+            assert value[filtered(heading, **within)] == pytest.approx(error)
+            assert value[filtered(heading, method="area", **within)] == pytest.approx(error)
+            assert value[filtered(heading, method="variance", **within)] == pytest.approx(0.0, abs=1e-9)
+            assert value[filtered("fit.regret_deg", **within)] == pytest.approx(error)
     # Four vehicles: mean 3.75, standard error sqrt(28.75 / 3) / 2 = 1.548, Student's quantile 3.1824.
     factor = np.exp(3.1824 * np.sqrt(28.75 / 3) / 2 / 3.75)
     assert metrics["fit.regret_deg"].interval == pytest.approx((3.75 / factor, 3.75 * factor), rel=1e-3)
@@ -62,7 +73,7 @@ def test_heading_and_regret_by_range_and_by_points():
 def test_a_band_without_observations_has_a_reason():
     _, _, metrics = graded([Body(0, 14.9, 0.0)], turned([1.0]))
     metric = metrics["fit.regret_deg{range=30-50}"]
-    assert (metric.value, metric.n, metric.reason) == (None, 0, "no observation is in this band")
+    assert (metric.value, metric.n, metric.reason) == (None, 0, "no observation has range 30-50")
     assert "baselines" in metrics["fit.heading_abs_mean_deg{method=jlinkage,range=0-15}"].reason
 
 
@@ -86,8 +97,8 @@ def test_coverage_of_the_intervals_by_hand():
         return replace(traced, boxes=replace(traced.boxes, covariance=covariance))
 
     value, fits, _ = graded(bodies, trace)
-    assert [value[f"fit.best.coverage_{p}"] for p in (50, 90, 99)] == [2 / 8, 5 / 8, 7 / 8]
-    assert [value[f"fit.side.best.coverage_{p}"] for p in (50, 90, 99)] == [2 / 4, 3 / 4, 1.0]
+    assert [value[f"fit.coverage_{p}"] for p in (50, 90, 99)] == [2 / 8, 5 / 8, 7 / 8]
+    assert [value[f"fit.coverage_{p}{{view=side}}"] for p in (50, 90, 99)] == [2 / 4, 3 / 4, 1.0]
     assert fits["box_heading_std_deg"].tolist() == pytest.approx([1.0] * len(fits))
 
 
@@ -170,5 +181,6 @@ def test_without_a_rig_the_extents_have_a_reason():
 
 
 def test_every_scope_is_in_every_result():
-    value, _, _ = graded([Body(0, 20.0, 0.0)], turned([0.0]))
-    assert set(value) == set(GRADED)
+    _, _, metrics = graded([Body(0, 20.0, 0.0)], turned([0.0]))
+    assert set(metrics) == set(STANDARD) & set(GRADED)
+    assert all(metrics[name].value is not None or metrics[name].reason for name in GRADED)

@@ -62,12 +62,12 @@ def test_bands_have_the_costs_of_their_vehicles_and_ranges_those_of_false_tracks
     car = Body(0, 10.0, 5.0)
     bus = Body(1, 40.0, 5.0, size=(12.0, 2.5, 3.0), kind=Kind.BUS, view=View.REAR)
     metrics = metrics_of([[car, bus]], [[follow(car, x=10.5), Estimate(7, 20.0, 0.0)]])
-    expected = {"by_range.0_15": 0.5, "by_range.15_30": 2**0.5, "by_range.30_50": 2**0.5}
-    expected |= {"by_class.car": 0.5, "by_class.bus": 2**0.5, "by_view.l_shape": 0.5, "by_view.rear": 2**0.5}
-    found = {band: metrics[f"track.gospa_m.{band}"].value for band in expected}
+    expected = {"range=0-15": 0.5, "range=15-30": 2**0.5, "range=30-50": 2**0.5}
+    expected |= {"class=car": 0.5, "class=bus": 2**0.5, "view=l_shape": 0.5, "view=rear": 2**0.5}
+    found = {band: metrics[f"track.gospa_m{{{band}}}"].value for band in expected}
     assert found == pytest.approx(expected)
     missing = metrics["track.gospa_m{class=van}"]
-    assert (missing.value, missing.reason) == (None, "no observation is in the band by_class.van")
+    assert (missing.value, missing.reason) == (None, "no vehicle was graded and no track was reported, with class van")
 
 
 def least(vehicles, tracks, cutoff):

@@ -28,7 +28,8 @@ def test_observations_vehicles_and_frames(metrics):
 
 def test_views_are_counted_with_their_shares(metrics):
     found = {
-        view: metrics[f"dataset.{view}.observations"].value for view in ("l_shape", "side", "rear", "front", "none")
+        view: metrics[f"dataset.observations{{view={view}}}"].value
+        for view in ("l_shape", "side", "rear", "front", "none")
     }
     assert found == {"l_shape": 1, "side": 1, "rear": 1, "front": 0, "none": 1}
     assert metrics["dataset.share{view=rear}"].value == 0.25

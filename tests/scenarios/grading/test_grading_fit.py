@@ -9,7 +9,7 @@ from support.frames import Body, Scripted, grade_run, observe, trace_of, world_f
 from luxloop.scenarios.grading.fit_errors import measure
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.metric_names import GRADED
+from luxloop.scenarios.metrics.definitions import standard_names
 from luxloop.sensor_model.truth import NO_ACTOR, Cause, View
 from luxloop.tracker.records import BASELINES, METHODS
 
@@ -28,11 +28,11 @@ def test_heading_errors_by_method_modulo_a_quarter_turn():
     def value(name):
         return metrics[f"fit.{name}"].value
 
-    means = [value(f"{m}.heading_mean_deg") for m in ("area", "closeness", "variance", "tlinkage", "oracle")]
+    means = [value(f"heading_mean_deg{{method={m}}}") for m in ("area", "closeness", "variance", "tlinkage", "oracle")]
     assert means == pytest.approx([10.0, -1.9, -44.0, 0.5, 0.5])
-    assert value("best.heading_abs_mean_deg") == pytest.approx(44.0)
-    assert value("best.regret_deg") == pytest.approx(44.0 - 0.5)
-    assert [value(f"closeness.within_{k}deg") for k in range(1, 6)] == [0, 1, 1, 1, 1]
+    assert value("heading_abs_mean_deg") == pytest.approx(44.0)
+    assert value("regret_deg") == pytest.approx(44.0 - 0.5)
+    assert [value(f"within_{k}deg{{method=closeness}}") for k in range(1, 6)] == [0, 1, 1, 1, 1]
     assert metrics["fit.heading_mean_deg{method=area}"].n == 2
     assert len(tables["fits"]) == 2 * len(METHODS)
     np.testing.assert_allclose(np.degrees(grades[0].box_heading_error), [-44.0])
@@ -43,7 +43,7 @@ def test_std_of_signed_and_absolute_errors():
     scene = [[Body(0, 30.0, 0.0)], [Body(0, 30.0, 0.0)]]
     turns = iter([(3.0,) * len(METHODS), (-1.0,) * len(METHODS)])
     metrics, _, _ = grade_trace(scene, lambda frame, truth: trace_of(frame, truth, turn_deg=next(turns)))
-    found = [metrics[f"fit.area.heading_{s}_deg"].value for s in ("mean", "std", "abs_mean", "abs_std")]
+    found = [metrics[f"fit.heading_{s}_deg{{method=area}}"].value for s in ("mean", "std", "abs_mean", "abs_std")]
     assert found == pytest.approx([1.0, 2.0, 2.0, 1.0])
 
 
@@ -195,7 +195,7 @@ def test_regret_counts_observations_with_a_selected_rectangle_only():
 
 def test_without_a_trace_every_stage_metric_has_this_reason():
     metrics, tables, grades = grade_run([[Body(0, 10.0, 0.0)]], Scripted([[]]))
-    stages = [name for name in GRADED if name.startswith(("fit.", "segmentation.", "outliers."))]
+    stages = [name for name in standard_names() if name.startswith(("fit.", "segmentation.", "outliers."))]
     assert {metrics[name].reason for name in stages} == {"the tracker does not report a trace of its stages"}
     assert len(measure(tables["fits"])) == 0
     assert grades[0].box_actor.shape == (0,)

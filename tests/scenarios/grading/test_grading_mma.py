@@ -28,7 +28,7 @@ def test_errors_of_each_model_and_of_the_selection_are_in_ego_axes():
 
     metrics = run(one_car(), ego=ego, model_offset=(0.3 + 0.1j, 0.2j, -0.5 + 0j))
     found = {
-        model: [metrics[f"mma.{model}.moving_target.{axis}_abs_mean_m"].value for axis in "xy"]
+        model: [metrics[f"mma.{axis}_abs_mean_m{{model={model},target=moving}}"].value for axis in "xy"]
         for model in (*MODELS, "mma")
     }
     assert found["stationary"] == pytest.approx([0.1, 0.3])
@@ -49,7 +49,7 @@ def test_tracked_corner_is_matched_for_any_side_taken_as_front(quarters, corner)
     metrics = run(scene, heading=heading, size=size, corner=corner)
     # The remaining error is the 0.1 rad of heading: the corner moves by the chord.
     swing = math.hypot(4.6, 1.8) * math.sin(0.05)
-    errors = [metrics[f"mma.mma.moving_target.{axis}_abs_mean_m"].value for axis in "xy"]
+    errors = [metrics[f"mma.{axis}_abs_mean_m{{target=moving}}"].value for axis in "xy"]
     assert math.hypot(*errors) == pytest.approx(swing)
 
 
@@ -94,7 +94,7 @@ def test_confusion_rates_and_stationary_accuracy():
     scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in modes]
     script = [[follow(body, model=m)] for (body,), m in zip(scene, [0, 0, 0, 1, 1, 1, 0, 2], strict=True)]
     metrics = grade_run(scene, Scripted(script))[0]
-    found = {mode: [metrics[f"mma.confusion.{mode}.{model}"].value for model in MODELS] for mode in MODELS}
+    found = {mode: [metrics[f"mma.selected{{mode={mode},model={model}}}"].value for model in MODELS] for mode in MODELS}
     assert found == {"stationary": [0.75, 0.25, 0.0], "cv": [None] * 3, "ca": [0.25, 0.5, 0.25]}
     assert metrics["mma.selected{mode=ca,model=cv}"].n == 4
     assert "cv" in metrics["mma.selected{mode=cv,model=ca}"].reason
@@ -132,19 +132,22 @@ def test_each_model_is_graded_with_its_own_covariance_while_it_is_the_true_mode(
     script = [[follow(body, model_offset=(0.01j, 0.06 + 0j, 0.03 + 0.03j))] for (body,) in scene]
     metrics, tables, _ = grade_run(scene, WithModelCovariances(script))
     np.testing.assert_allclose(tables["tracks"][[f"{m}_nees" for m in MODELS]], [[1.0, 9.0, 2.0]] * 3)
-    means = [metrics[f"mma.{model}.nees_mean"].value for model in MODELS]
+    means = [metrics[f"mma.nees_mean{{model={model}}}"].value for model in MODELS]
     assert means == pytest.approx([1.0, 9.0, 2.0])
-    assert [metrics[f"mma.{model}.nees_in_band"].value for model in MODELS] == [1.0, 0.0, 1.0]
-    assert [metrics[f"mma.{model}.nees_mean"].n for model in MODELS] == [1, 1, 1]
-    assert [metrics[f"mma.{model}.nis_mean"].value for model in MODELS] == [1.0, 2.0, None]
+    assert [metrics[f"mma.nees_in_band{{model={model}}}"].value for model in MODELS] == [1.0, 0.0, 1.0]
+    assert [metrics[f"mma.nees_mean{{model={model}}}"].n for model in MODELS] == [1, 1, 1]
+    assert [metrics[f"mma.nis_mean{{model={model}}}"].value for model in MODELS] == [1.0, 2.0, None]
     assert metrics["mma.nis_in_band{model=cv}"].value == 1.0
 
 
 def test_tracker_without_model_covariances_has_no_model_consistency():
     metrics = run(one_car())
     assert metrics["mma.nees_in_band{model=cv}"].value is metrics["mma.nis_mean{model=cv}"].value is None
-    assert metrics["mma.nees_in_band{model=cv}"].reason == "the tracker does not report the nees of its models"
-    assert metrics["mma.nees_in_band{model=ca}"].reason.endswith("in the mode ca")
+    assert (
+        metrics["mma.nees_in_band{model=cv}"].reason
+        == "the tracker does not report its covariance or the nees of its models"
+    )
+    assert metrics["mma.nees_in_band{model=ca}"].reason.endswith("with model ca")
 
 
 def test_mean_nees_excludes_infinite_values():
@@ -196,14 +199,14 @@ def judged(frame, true, model, actor=0):
 
 def test_switch_latency_from_the_true_change_to_the_selection():
     rows = judged(range(8), true=[1, 1, 0, 0, 0, 2, 2, 2], model=[1, 1, 1, 1, 0, 2, 2, 2])
-    assert switch_latencies(rows).tolist() == [2.0, 0.0]
+    assert switch_latencies(rows) == [(0, 2.0), (0, 0.0)]
 
 
 def test_latency_without_selection_is_infinite_and_unobserved_changes_do_not_count():
     never = judged(range(5), true=[1, 1, 0, 0, 1], model=[1] * 5)
-    assert switch_latencies(never).tolist() == [np.inf, 0.0]
+    assert switch_latencies(never) == [(0, np.inf), (0, 0.0)]
     unseen = judged([0, 1, 7, 8], true=[1, 1, 0, 0], model=[1] * 4)
-    assert switch_latencies(unseen).tolist() == []
+    assert switch_latencies(unseen) == []
 
 
 def test_median_latency_and_missing_latency():

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.metric_definition import Definition, register
-from luxloop.scenarios.grading.metric_names import METRICS
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.metrics.definitions import find_metric, standard_names
 
 # Names that users' scenario files, reports and CI depend on.
 STABLE_NAMES = [
@@ -41,27 +40,22 @@ STABLE_NAMES = [
 
 @pytest.mark.parametrize("name", STABLE_NAMES)
 def test_stable_names_are_metrics(name):
-    assert name in METRICS
+    assert find_metric(name).name == name
 
 
 def test_units_follow_the_names():
     ends = {"_deg": "deg", "_m": "m", "_rate": "1", "_p50": "ms"}
-    for name, unit in METRICS.items():
+    for name in standard_names():
+        base = find_metric(name).definition.name
         for end, expected in ends.items():
-            if name.endswith(end) and ".within_" not in name:
-                assert unit == expected, name
-    assert METRICS["fit.within_2deg"] == "1"
-
-
-def test_duplicate_names_are_refused():
-    twice = [Definition("fit.regret_deg", "deg", "one"), Definition("fit.regret_deg", "m", "other")]
-    with pytest.raises(ValueError, match=r"fit\.best\.regret_deg is defined twice"):
-        register(twice)
+            if base.endswith(end) and ".within_" not in base:
+                assert find_metric(name).unit == expected, name
+    assert find_metric("fit.within_2deg").unit == "1"
 
 
 def test_metric_names_import_neither_pandas_nor_scipy():
     code = (
-        "import sys, luxloop.scenarios.grading.metric_names, luxloop.scenarios.grading.grading_config;"
+        "import sys, luxloop.scenarios.metrics.definitions, luxloop.scenarios.grading.grading_config;"
         "slow = {'pandas', 'scipy', 'shapely'} & set(sys.modules); assert not slow, slow"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -79,13 +79,14 @@ def test_the_90th_percentile_is_that_of_all_frames():
 def test_bands_have_their_own_means():
     truck = Body(2, 40.0, 0.0, 0.0, 20.0, size=(9.0, 2.5, 3.0), kind=Kind.TRUCK, view=View.SIDE)
     metrics = metrics_of([MOVING, truck], [follow(MOVING, velocity=(11.0, 0.0)), follow(truck, size=(8.0, 2.5))])
-    bands = ("by_range.0_15", "by_class.car", "by_view.l_shape")
+    bands = ("range=0-15", "class=car", "view=l_shape")
     for band in bands:
-        assert values(metrics, f"moving_velocity_abs_mean_mps.{band}", f"length_mean_m.{band}") == [1.0, 0.0]
-    for band in ("by_range.30_50", "by_class.truck", "by_view.side"):
-        assert values(metrics, f"moving_velocity_abs_mean_mps.{band}", f"length_mean_m.{band}") == [0.0, -1.0]
+        assert values(metrics, f"moving_velocity_abs_mean_mps{{{band}}}", f"length_mean_m{{{band}}}") == [1.0, 0.0]
+    for band in ("range=30-50", "class=truck", "view=side"):
+        assert values(metrics, f"moving_velocity_abs_mean_mps{{{band}}}", f"length_mean_m{{{band}}}") == [0.0, -1.0]
     missing = metrics["track.standing_speed_mean_mps{class=car}"]
-    assert (missing.value, missing.reason) == (None, "no confirmed track followed a graded vehicle that was standing")
+    assert missing.value is None
+    assert missing.reason == "no confirmed track followed a graded vehicle that was standing, with class car"
 
 
 def test_unknown_velocities_do_not_count():

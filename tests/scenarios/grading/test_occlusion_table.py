@@ -111,7 +111,7 @@ def test_the_sensor_s_truth_names_the_blocker_of_a_staged_scene(name, blocker, k
 
 
 def test_a_wall_is_a_static_obstacle():
-    from luxloop.scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
+    from luxloop.scenarios.study.scenes.hidden_vehicles import hidden_behind_wall
 
     document = hidden_behind_wall(1.0, 10.0, "brakes") | {"seed": 1}
     result = loop.run(Scenario.of(document, shipped.CATALOG / "wall.toml"), device.load(SHIPPED))

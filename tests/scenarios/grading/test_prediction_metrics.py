@@ -7,7 +7,7 @@ import pytest
 from support.frames import DT, Body, Scripted, drive, follow, grade_run, tracks_of
 
 from luxloop.scenarios.grading import frame_badness, prediction_metrics
-from luxloop.scenarios.grading.metric_names import HORIZONS
+from luxloop.scenarios.metrics.definitions import HORIZONS
 from luxloop.sim.world import Mode
 from luxloop.tracker.records import MODELS, PREDICTION_S
 
@@ -44,7 +44,7 @@ def test_error_is_the_distance_at_the_time_of_the_prediction():
     for label, seconds in HORIZONS.items():
         off = {"stationary": SPEED, "cv": 0.0, "ca": 1.0, "mma": 0.5}
         for estimate, speed in off.items():
-            found = metrics[f"mma.{estimate}.prediction_{label}_abs_mean_m"]
+            found = metrics[f"mma.prediction_{label}_abs_mean_m{{model={estimate}}}"]
             assert found.value == pytest.approx(speed * seconds, abs=1e-6)
             # 60 frames at 0.08 s; the last frame must not be earlier than the time of the prediction.
             assert found.n == sum(i * DT + seconds <= 59 * DT + 1e-9 for i in range(60))
@@ -113,7 +113,8 @@ def test_a_bank_with_a_turning_model_has_metrics_of_it_and_null_ones_of_missing_
     assert metrics["mma.selected{mode=ca,model=ctra}"].value == 1.0
     assert metrics["mma.gain{target=moving}"].n == len(bodies)
     assert metrics["mma.prediction_1s_abs_mean_m{model=stationary}"].value is None
-    assert "mma.prediction_1s_abs_mean_m{model=ctrv}" not in metrics
+    assert metrics["mma.prediction_1s_abs_mean_m{model=ctrv}"].reason == "the run's filter bank has no such model"
+    assert "mma.nees_mean{model=ctrv}" not in list(metrics)
     assert set(tables["tracks"]["model"]) == {"ctra"}
     assert (tables["tracks"]["probability_ctra"] == 0.6).all()
 
@@ -121,9 +122,9 @@ def test_a_bank_with_a_turning_model_has_metrics_of_it_and_null_ones_of_missing_
 def test_a_tracker_without_predictions_has_null_metrics_with_a_reason():
     metrics = graded(scene(), tracker=Scripted)
     for estimate in (*MODELS, "mma"):
-        found = metrics[f"mma.{estimate}.prediction_1s_abs_mean_m"]
+        found = metrics[f"mma.prediction_1s_abs_mean_m{{model={estimate}}}"]
         assert found.value is None
-        assert found.reason == prediction_metrics.NO_PREDICTION
+        assert found.reason == "the tracker does not report predictions"
 
 
 def test_the_worst_frame_is_that_of_the_largest_error():
@@ -140,13 +141,11 @@ def test_the_worst_frame_is_that_of_the_largest_error():
 
     bodies = scene(change=40)
     _, tables, _ = grade_run(bodies, OnceWrong([[follow(body) for body in frame] for frame in bodies]))
-    rated = frame_badness.predictions(tables["truth"], tables["tracks"], "mma", "prediction_1s_abs_mean_m")
+    rated = frame_badness.predictions(tables["truth"], tables["tracks"], "mma", "1s", changing=False)
     worst = rated.rows.assign(badness=rated.badness).sort_values("badness").dropna(subset="badness").iloc[-1]
     assert (worst["frame"], worst["badness"]) == (7, pytest.approx(3.0, abs=1e-6))
     assert "predicted 3.00 m off by mma" in rated.describe({**worst, "vehicle": "car0"})
-    near = frame_badness.predictions(
-        tables["truth"], tables["tracks"], "mma", "prediction_1s_abs_mean_m_around_changes"
-    )
+    near = frame_badness.predictions(tables["truth"], tables["tracks"], "mma", "1s", changing=True)
     assert near.rows["frame"].min() == 28
 
 

@@ -15,13 +15,13 @@ MOVING, PARKED = Body(0, 10.0, 5.0, 0.0, 10.0), Body(1, 20.0, -5.0)
     ("metric", "frame", "what"),
     [
         ("moving_velocity_abs_mean_mps", 1, "track 0 on vehicle car0 is +5.00 m/s off in its velocity"),
-        ("moving_velocity_abs_mean_mps.by_class.car", 1, "track 0 on vehicle car0 is +5.00 m/s off in its velocity"),
+        ("moving_velocity_abs_mean_mps{class=car}", 1, "track 0 on vehicle car0 is +5.00 m/s off in its velocity"),
         ("velocity_abs_mean_mps", 2, "track 1 on vehicle car1 is +9.00 m/s off in its velocity"),
         ("standing_speed_mean_mps", 2, "track 1 on vehicle car1 is +9.00 m/s fast"),
         ("acceleration_abs_mean_mps2", 1, "track 0 on vehicle car0 is +2.00 m/s^2 off in its acceleration"),
         ("length_mean_m", 0, "track 1 on vehicle car1 is -0.60 m off in its length"),
-        ("width_abs_mean_m.by_range.0_15", 2, "track 0 on vehicle car0 is +0.20 m off in its width"),
-        ("missed_share.by_class.car", 3, "2 graded vehicles without a track, 0 false tracks"),
+        ("width_abs_mean_m{range=0-15}", 2, "track 0 on vehicle car0 is +0.20 m off in its width"),
+        ("missed_share{class=car}", 3, "2 graded vehicles without a track, 0 false tracks"),
         ("time_to_confirm_s", 3, "2 graded vehicles without a track, 0 false tracks"),
     ],
 )

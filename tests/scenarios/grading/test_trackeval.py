@@ -14,9 +14,8 @@ from support.scripts import load_script
 from luxloop.scenarios import execute
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading import track_metrics
+from luxloop.scenarios.grading.grader import grade
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.plane_geometry import iou_table
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
@@ -133,9 +132,9 @@ def test_metrics_of_axis_aligned_boxes_equal_trackevals(tracker, results, tmp_pa
     write(tmp_path / TRACKS, counted_tracks, "track_id", corner_first(counted_tracks))
     theirs = evaluate(tmp_path, result.frames)
     truth, tracks = (upright(result.tables[name]) for name in ("truth", "tracks"))
-    sheet = MetricSheet()
-    track_metrics.grade(sheet, truth, tracks, overlaps(truth, tracks), GradingConfig())
-    assert {name: sheet.metrics[name].value for name in THEIRS} == pytest.approx(theirs, abs=1e-9)
+    boxes = {**result.tables, "truth": truth, "tracks": tracks, "overlaps": overlaps(truth, tracks)}
+    metrics = grade(boxes, GradingConfig(), result.frames)
+    assert {name: metrics[name].value for name in THEIRS} == pytest.approx(theirs, abs=1e-9)
     turned = iou_table(counted_truth[BOX].to_numpy(), counted(result)[0][BOX].to_numpy()).diagonal()
     assert turned.min() < 0.9, "no box changed: vehicles must stand askew for this test"
 

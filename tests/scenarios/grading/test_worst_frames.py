@@ -5,10 +5,11 @@ import dataclasses
 import pandas as pd
 import pytest
 from support import short_run
+from support.many_metrics import METRICS
 
 from luxloop.scenarios.grading.frame_tables import FITS, OUTLIERS, SEGMENTS, TRACKS, TRUTH
-from luxloop.scenarios.grading.metric_names import METRICS
 from luxloop.scenarios.grading.worst_frames import worst_frames
+from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.result import Metric, Result
 
 FIT_ERRORS = {"heading_error_deg": float, "position_error_m": float, "iou": float, "oracle": bool}
@@ -27,7 +28,7 @@ def zero(kind):
 
 def worst(metric, **tables):
     result = dataclasses.replace(
-        short_run.result(), metrics={metric: Metric(1.0, METRICS[metric], 1)}, tables={**empty(), **tables}
+        short_run.result(), metrics={metric: Metric(1.0, find_metric(metric).unit, 1)}, tables={**empty(), **tables}
     )
     return [(found.frame, found.what) for found in worst_frames(result, metric)]
 
@@ -49,11 +50,23 @@ TRACK = {"judged": True, "track_id": 3, "actor_id": 7, "true_mode": "cv", "model
 @pytest.mark.parametrize(
     ("metric", "errors", "expected"),
     [
-        ("fit.heading_abs_mean_deg{method=area}", {"heading_error_deg": [1.0, -4.0, 0.0]}, [(1, "-4.0 deg off"), (0, "+1.0")]),
-        ("fit.within_1deg{method=area,view=rear}", {"heading_error_deg": [1.0, -4.0, 0.0]}, [(1, "-4.0 deg off"), (0, "+1.0")]),
+        (
+            "fit.heading_abs_mean_deg{method=area}",
+            {"heading_error_deg": [1.0, -4.0, 0.0]},
+            [(1, "-4.0 deg off"), (0, "+1.0")],
+        ),
+        (
+            "fit.within_1deg{method=area,view=rear}",
+            {"heading_error_deg": [1.0, -4.0, 0.0]},
+            [(1, "-4.0 deg off"), (0, "+1.0")],
+        ),
         ("fit.within_1deg{method=area,view=side}", {"heading_error_deg": [1.0, -4.0, 0.0]}, []),
         ("fit.heading_mean_deg{method=variance}", {"heading_error_deg": [1.0, -4.0, 0.0]}, []),
-        ("fit.position_abs_mean_m{method=area}", {"position_error_m": [0.1, 0.0, 0.5]}, [(2, "0.50 m off"), (0, "0.10 m")]),
+        (
+            "fit.position_abs_mean_m{method=area}",
+            {"position_error_m": [0.1, 0.0, 0.5]},
+            [(2, "0.50 m off"), (0, "0.10 m")],
+        ),
         ("fit.iou_mean{method=area}", {"iou": [0.9, 1.0, 0.25]}, [(2, "overlaps it by 0.25"), (0, "by 0.90")]),
     ],
 )
@@ -76,7 +89,12 @@ def test_coverage_is_worst_at_observations_without_a_rectangle():
 @pytest.mark.parametrize(
     ("metric", "rows", "frames", "words"),
     [
-        ("mma.x_abs_mean_m{model=cv,target=moving}", [{"cv_x_error_m": -2.0}, {"cv_y_error_m": 9.0}], [0], "2.00 m off by cv"),
+        (
+            "mma.x_abs_mean_m{model=cv,target=moving}",
+            [{"cv_x_error_m": -2.0}, {"cv_y_error_m": 9.0}],
+            [0],
+            "2.00 m off by cv",
+        ),
         (
             "mma.y_abs_std_m{target=moving}",
             [{"cv_y_error_m": 2.0}, {"mma_y_error_m": 1.0}],
@@ -89,7 +107,12 @@ def test_coverage_is_worst_at_observations_without_a_rectangle():
         ("mma.selected{mode=cv,model=ca}", [{"model": "cv"}, {}], [1], "is ca, truly cv"),
         ("mma.stationary_accuracy", [{}, {"model": "stationary"}], [1], "is stationary, truly cv"),
         ("mma.nees_in_band", [{"nees": 2.0}, {"nees": 20.0}, {"nees": 0.02}], [2, 1], "a nees of 0.02, expected 2"),
-        ("mma.nis_mean{model=ca}", [{"ca_nis": 2.0, "cv_nis": 99.0}, {"ca_nis": 20.0, "cv_nis": 2.0}], [1], "ca nis of 20"),
+        (
+            "mma.nis_mean{model=ca}",
+            [{"ca_nis": 2.0, "cv_nis": 99.0}, {"ca_nis": 20.0, "cv_nis": 2.0}],
+            [1],
+            "ca nis of 20",
+        ),
         ("track.heading_abs_mean_deg", [{"heading_error_deg": -170.0}], [0], "is -170.0 deg off in its track heading"),
         ("track.heading_flip_rate", [{"heading_error_deg": 9.0, "true_mode": "stationary"}], [], ""),
         ("track.loca", [{"iou": 0.8}, {"iou": 0.5}], [1, 0], "overlaps it by 0.50"),

@@ -16,7 +16,7 @@ from luxloop.scenarios.grading.frame_tables import ADDED
 from luxloop.scenarios.grading.grader import PER_FRAME
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric
-from luxloop.scenarios.offline import track_columns
+from luxloop.scenarios.offline import track_file
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.scenarios.report import first_screen
@@ -85,7 +85,7 @@ def own_tracks(run):
             box = (x, y, tracks.mean[t, 6], *tracks.size[t])
             label = "small" if tracks.small[t] else "vehicle"
             rows.append((frame.index, frame.time, tracks.id[t], *box, Status(tracks.status[t]).name.lower(), label))
-    names = [column.name for column in (*track_columns.WHEN, *track_columns.REQUIRED, *track_columns.OPTIONAL)]
+    names = [column.name for column in (*track_file.WHEN, *track_file.REQUIRED, *track_file.OPTIONAL)]
     return pd.DataFrame(rows, columns=names)
 
 

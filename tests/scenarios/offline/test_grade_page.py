@@ -11,7 +11,7 @@ import pytest
 from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.offline.track_columns import OPTIONAL, REQUIRED, WHEN
+from luxloop.scenarios.offline.track_file import OPTIONAL, REQUIRED, WHEN
 
 PAGE = (ROOT / "docs" / "other-trackers.md").read_text(encoding="utf-8")
 COMMANDS = [

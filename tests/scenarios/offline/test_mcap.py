@@ -15,7 +15,7 @@ from support import short_run
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.offline.mcap import export as export_module
-from luxloop.scenarios.offline.mcap.definitions import definition
+from luxloop.scenarios.offline.mcap.messages import definition
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.tracker.tracker import Tracker
 

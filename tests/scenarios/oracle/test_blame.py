@@ -10,7 +10,7 @@ from support import busy_street, faulty_stages, short_run
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare.stage_costs import stage_costs
 from luxloop.scenarios.metrics.definitions import standard_names
-from luxloop.scenarios.oracle.device_choice import OracleFactory
+from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, StageCost, find_out
 from luxloop.scenarios.report import text as report

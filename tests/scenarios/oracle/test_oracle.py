@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -16,16 +17,15 @@ from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.metrics.definitions import CAUSES
-from luxloop.scenarios.oracle import oracle_association, oracle_fit, oracle_outliers, oracle_segmentation
-from luxloop.scenarios.oracle.device_choice import OracleFactory, choose
-from luxloop.scenarios.oracle.oracle_context import OracleContext
-from luxloop.scenarios.oracle.oracle_model_selection import OracleModelSelection, certain
-from luxloop.scenarios.oracle.oracle_tracker import OracleTracker
-from luxloop.scenarios.oracle.oracle_truth import Truth
+from luxloop.scenarios.oracle import oracle_detector, oracle_tracks
+from luxloop.scenarios.oracle.oracle_tracker import OracleFactory, OracleTracker, choose
+from luxloop.scenarios.oracle.oracle_tracks import OracleModelSelection, certain
+from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.report import text as report
 from luxloop.scenarios.run import device, loop
 from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.tracker import merging
 from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
 from luxloop.tracker.tracker import TrackerConfig
@@ -59,8 +59,9 @@ def truly_fitted():
 @cache
 def without_feedback(stages):
     """Metrics of the busy street without any effect of tracks on detection."""
-    text = busy_street.TEXT + '[tracker.deskew]\nmotion = "ego"\n[tracker.union]\nshare_min = 2.0\n'
-    return short_run.run(text, OracleFactory(list(stages))).metrics
+    text = busy_street.TEXT + '[tracker.deskew]\nmotion = "ego"\n'
+    with patch.object(merging, "MEMBER_FRACTION_MIN", 2.0):  # more points than any segment has in a box
+        return short_run.run(text, OracleFactory(list(stages))).metrics
 
 
 def test_an_oracle_tracker_without_oracles_equals_the_shipped_tracker():
@@ -254,7 +255,7 @@ def test_actors_are_segments_and_other_points_keep_theirs():
     row = np.array([0, 0, 0, 1, 2, 2, 2, -1, -1])
     keep = np.array([1, 1, 1, 1, 1, 0, 1, 1, 1], dtype=bool)
     rest = Segments(np.array([-1] * 7 + [0, -1]), 1)
-    found = oracle_segmentation.actors_first(row, keep, rest, points_min=2)
+    found = oracle_detector.actors_first(row, keep, rest, points_min=2)
     assert found.label.tolist() == [0, 0, 0, -1, 1, -1, 1, 2, -1]  # one point of actor 1 is too few
     assert found.count == 3
 
@@ -271,12 +272,12 @@ def test_a_segment_of_noise_is_removed():
         assert clean.label.tolist() == [0, 0, -1, -1, -1, -1]
         return Linkage(np.array([0, -1, -1, -1, -1, -1]), np.array([0.3]))  # it would remove a clean point
 
-    linkage = oracle_outliers.link(real, sort_by_segment(np.zeros((6, 2)), segments), noise, on_owner)
+    linkage = oracle_detector.link(real, sort_by_segment(np.zeros((6, 2)), segments), noise, on_owner)
     assert linkage.line.tolist() == [0, 1, -1, -1, -1, -1]
     assert linkage.heading.tolist() == [0.3, 0.0]
-    gone = ~oracle_outliers.has_points((linkage.line >= 0) & (segments.label >= 0), segments)
+    gone = ~oracle_detector.has_points((linkage.line >= 0) & (segments.label >= 0), segments)
     assert gone.tolist() == [False, True]
-    assert oracle_outliers.with_placeholder_lines(linkage, segments, gone).line.tolist() == [0, 1, -1, 0, 0, -1]
+    assert oracle_detector.with_placeholder_lines(linkage, segments, gone).line.tolist() == [0, 1, -1, 0, 0, -1]
 
 
 WET = """\
@@ -313,9 +314,9 @@ def test_clouds_of_spray_are_removed_in_every_variant_and_in_recordings(variant,
 
 def test_ends_with_points_are_true_and_others_are_truncated():
     points = np.array([[-2.0, -0.9], [0.4, -0.85], [1.2, 3.0]])
-    low, high = oracle_fit.visible(points[:2], np.zeros(2, dtype=int), np.array([[4.6, 1.8]]))
+    low, high = oracle_detector.visible(points[:2], np.zeros(2, dtype=int), np.array([[4.6, 1.8]]))
     np.testing.assert_allclose([low, high], [[[-2.3, -0.9]], [[0.4, -0.85]]])
-    low, high = oracle_fit.visible(points[2:], np.zeros(1, dtype=int), np.array([[4.6, 1.8]]))
+    low, high = oracle_detector.visible(points[2:], np.zeros(1, dtype=int), np.array([[4.6, 1.8]]))
     np.testing.assert_allclose([low, high], [[[1.2, 0.9]], [[1.2, 0.9]]])  # never outside of the vehicle
 
 
@@ -325,7 +326,7 @@ def test_a_box_updates_its_actor_and_the_gate_chooses_among_its_tracks():
     in_gate[[1, 2, 3], 0] = in_gate[0, 3] = True
     misread = np.zeros((4, 5), dtype=bool)
     misread[[0, 1], [1, 0]] = True  # has no effect inside the gate
-    may = oracle_association.admissible(track_actor, box_actor, in_gate, misread)
+    may = oracle_tracks.admissible(track_actor, box_actor, in_gate, misread)
     assert np.argwhere(may).tolist() == [[1, 0], [1, 1], [2, 4]]
 
 
@@ -354,23 +355,23 @@ def test_a_box_that_is_a_cars_length_off_is_misread():
         covariance=np.zeros((1, 2, 2, 2)), ambiguity=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)),
         end_visible=flags,
     )  # fmt: skip
-    assert oracle_association.leads_away(predictions, hypotheses, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
-    assert oracle_association.leads_away(predictions, hypotheses, np.full((1, 2), np.nan)).tolist() == [[False, False]]
+    assert oracle_tracks.leads_away(predictions, hypotheses, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
+    assert oracle_tracks.leads_away(predictions, hypotheses, np.full((1, 2), np.nan)).tolist() == [[False, False]]
 
 
 def test_the_largest_box_of_a_new_actor_starts_a_track():
     box_actor, support = np.array([7, 7, 8, 9, NO_ACTOR, NO_ACTOR]), np.array([5, 9, 9, 9, 9, 9])
     free = np.array([0, 0, 0, 1, 1, 0], dtype=bool)
-    assert oracle_association.newcomers(box_actor, support, np.array([8, 9]), free).tolist() == [0, 1, 0, 1, 1, 0]
+    assert oracle_tracks.newcomers(box_actor, support, np.array([8, 9]), free).tolist() == [0, 1, 0, 1, 1, 0]
 
 
 def test_the_first_id_of_an_actor_is_kept():
     tracks = empty(MODELS, rows=3)
     tracks.id[:], tracks.hits[:] = [3, 5, 6], [9, 4, 7]
     tracks.status[:] = [Status.DEAD, Status.CONFIRMED, Status.CONFIRMED]
-    oracle_association.hand_over_id(tracks, np.arange(3))
+    oracle_tracks.hand_over_id(tracks, np.arange(3))
     assert tracks.id.tolist() == [6, 5, 3]
-    oracle_association.hand_over_id(tracks, np.arange(3))
+    oracle_tracks.hand_over_id(tracks, np.arange(3))
     assert tracks.id.tolist() == [6, 5, 3]
 
 
@@ -394,4 +395,4 @@ def test_an_oracle_selects_the_true_mode_regardless_of_innovations():
 
 
 def test_a_true_fit_replaces_the_refined_column():
-    assert METHODS[oracle_fit.BEST] == "refined"
+    assert METHODS[oracle_detector.BEST] == "refined"

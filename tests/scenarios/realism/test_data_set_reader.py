@@ -6,7 +6,7 @@ import pytest
 from support.labelled_shapes import write_data_set
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.realism.data_set_reader import read
+from luxloop.scenarios.realism.labelled_vehicle import read
 
 GRID = np.array([(x, y) for x in np.linspace(-2.0, 2.0, 5) for y in np.linspace(-0.8, 0.8, 5)])
 """Points inside a box about the origin [m]."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.labelled_shapes import ABREAST, BEHIND, SIZE, left, rear, vehicle
 
-from luxloop.scenarios.realism.face_depth import least_depth, visible_faces
+from luxloop.scenarios.realism.vehicle_figures import least_depth, visible_faces
 
 
 def ends(faces):

@@ -8,7 +8,7 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.realism import data_set_reader
+from luxloop.scenarios.realism import labelled_vehicle
 
 REAL = """\
 class,range_m,aspect_deg,front_seen,bow_end_m,std_about_faces_m,points_per_m_layer,best_error_deg
@@ -145,6 +145,6 @@ def test_one_unreadable_data_set_writes_nothing(folder, tmp_path):
 
 
 def test_vehicles_are_those_of_all_data_sets(folder, capsys):
-    count = len(data_set_reader.read(folder / "set", 0, 1.5, 0))
+    count = len(labelled_vehicle.read(folder / "set", 0, 1.5, 0))
     assert printed(capsys, folder)["simulated_observations"] == count
     assert printed(capsys, folder, folder / "set")["simulated_observations"] == 2 * count

@@ -8,11 +8,9 @@ from hypothesis import strategies as st
 from support.labelled_shapes import rear, vehicle
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.realism import bow_bands, nearest_vehicles, realism_comparison
-from luxloop.scenarios.realism.compared_figures import FIGURES
-from luxloop.scenarios.realism.compared_row import ComparedRow
+from luxloop.scenarios.realism import realism_comparison
+from luxloop.scenarios.realism.compared_figures import FIGURES, ComparedRow, Summary, summarise
 from luxloop.scenarios.realism.real_table import BANDS
-from luxloop.scenarios.realism.weighted_average import Summary, summarise
 
 BY_NAME = {figure.name: figure for figure in FIGURES}
 VIEWS = st.lists(st.tuples(st.floats(4.0, 50.0), st.floats(0.0, 90.0), st.booleans()), min_size=1, max_size=12)
@@ -26,7 +24,7 @@ def views(rows):
 @given(VIEWS, VIEWS)
 def test_matches_are_the_three_nearest_of_the_same_end(real, simulated):
     """Against an exhaustive search; ties may be broken either way, so distances are compared."""
-    real_row, row, distance = nearest_vehicles.match(views(real), views(simulated))
+    real_row, row, distance = realism_comparison.match(views(real), views(simulated))
     for number, (range_m, aspect, front) in enumerate(real):
         gaps = sorted(
             np.hypot(np.log(range_m / other[0]) / 0.15, (aspect - other[1]) / 8.0)
@@ -109,16 +107,16 @@ def test_bow_in_a_band_is_that_of_the_lines_at_its_height():
     along = np.linspace(-0.75, 0.75, 21)
     double = np.concatenate([rear(bow * (along / 0.75) ** 2, along) for bow in (0.08, 0.10)])
     two_lines = vehicle(double, line=np.repeat([0, 1], 21), height=np.repeat([0.2, 0.3], 21), actor_id=2)
-    low, high, flank = bow_bands.compare(bands, [bowed(0.2, 0.45, 1), two_lines, bowed(0.05, 0.44, 3)])
+    low, high, flank = realism_comparison.compare_bow(bands, [bowed(0.2, 0.45, 1), two_lines, bowed(0.05, 0.44, 3)])
     assert (low.simulated.value, low.simulated.n) == (pytest.approx(np.median([0.09, 0.05])), 2)
     assert (high.simulated.value, high.simulated.n) == (pytest.approx(0.20), 1)
     assert flank.simulated is None
 
 
 def test_many_observations_are_thinned(monkeypatch):
-    monkeypatch.setattr(bow_bands, "OBSERVATIONS_MAX", 4)
+    monkeypatch.setattr(realism_comparison, "OBSERVATIONS_MAX", 4)
     bands = pd.DataFrame([("end", 0.0, 1.0, 0.1, 0.2, 0.3, 4.0)], columns=list(BANDS))
-    (row,) = bow_bands.compare(bands, [bowed(0.1, 0.6, n) for n in range(9)])
+    (row,) = realism_comparison.compare_bow(bands, [bowed(0.1, 0.6, n) for n in range(9)])
     assert row.simulated.n == 3
 
 

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.labelled_shapes import ABREAST, left, rear, vehicle
 
-from luxloop.scenarios.realism.face_depth import visible_faces
-from luxloop.scenarios.realism.scan_lines import layers_apart, lines_over, parabola
+from luxloop.scenarios.realism.vehicle_figures import layers_apart, lines_over, parabola, visible_faces
 
 ALONG = np.linspace(-0.75, 0.75, 31)
 FLANK_ALONG = np.linspace(-1.6, 1.6, 41)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.recordings.ego_mount import EgoMount, of_rig
-from luxloop.scenarios.recordings.ground_plane import levelled
+from luxloop.scenarios.recordings.ego_mount import EgoMount, levelled, of_rig
 from luxloop.sensor_model.rig.beams import unit_table
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.recordings.formats.ros_messages import CLOUD, sweep_of
+from luxloop.scenarios.recordings.formats.ros_topics import CLOUD, sweep_of
 
 CODES = {"<f4": 7, "<f8": 8, "<u2": 4, "<u4": 6, "u1": 2}
 

@@ -7,7 +7,7 @@ import pytest
 
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
-from luxloop.scenarios.recordings.formats.lzf import decompress
+from luxloop.scenarios.recordings.formats.pcd_points import decompress
 
 POINTS = np.array([(1.0, 2.0, 3.0, 5, 0), (4.0, 5.0, 6.0, 7, 1_000_000), (np.nan, 0.0, 0.0, 7, 2_000_000)],
                   dtype=[("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("ring", "<u2"), ("t", "<u4")])  # fmt: skip

@@ -7,10 +7,10 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.files.expect import Check, Limit, exit_code, unmet, verdict
-from luxloop.scenarios.recording.viewer import frame_to_show
 from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.cells import exceeded
 from luxloop.scenarios.report.html.reported_run import ReportedRun
+from luxloop.scenarios.rerun_log.viewer import frame_to_show
 from luxloop.scenarios.result import Metric
 from luxloop.scenarios.run import run_folder
 

@@ -11,7 +11,7 @@ from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.metrics.definitions import find_metric, standard_names
 from luxloop.scenarios.report.truth_event_line import truth_events
-from luxloop.scenarios.run import car_ahead, device, loop
+from luxloop.scenarios.run import device, loop, warm_up
 from luxloop.scenarios.run.stopwatch import RECORDING, Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.sim.world import Actors, Collision, Ego
@@ -154,7 +154,7 @@ def test_the_warm_up_uses_another_tracker_than_the_run():
 
     short_run.run(factory=factory)
     warmed_up, graded = made
-    assert len(warmed_up.times) == car_ahead.FRAMES
+    assert len(warmed_up.times) == warm_up.FRAMES
     np.testing.assert_allclose(graded.times, 0.08 * np.arange(short_run.FRAMES))
 
 
@@ -225,7 +225,7 @@ def test_the_trace_hash_distinguishes_none_from_an_empty_array():
 
 
 def test_the_trace_hash_contains_collisions_and_is_that_of_a_frame_without_the_field_if_there_are_none():
-    frame, hit = car_ahead.car_ahead(0), Collision(id=1, name="car", speed_mps=9.0)
+    frame, hit = warm_up.car_ahead(0), Collision(id=1, name="car", speed_mps=9.0)
     hashes = [hash_of(replace(frame, collisions=hits)) for hits in ((), (hit,), (hit, hit), (replace(hit, name="x"),))]
     assert len(set(hashes)) == 4
     assert hashes[0] == hash_of(Before(frame.index, frame.time, frame.ego, frame.actors))

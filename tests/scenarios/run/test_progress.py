@@ -6,8 +6,8 @@ import pytest
 from numba import njit
 
 from luxloop.scenarios.run import progress
-from luxloop.scenarios.run.compilation import STATUS, compilation_reported
 from luxloop.scenarios.run.progress import _share_read
+from luxloop.scenarios.run.warm_up import STATUS, compilation_reported
 from luxloop.sim.source import StartStatus
 
 

@@ -9,7 +9,7 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.recording.recorder import NullRecorder
+from luxloop.scenarios.rerun_log.recorder import NullRecorder
 from luxloop.scenarios.run.termination import as_interrupts, raise_lost
 
 

@@ -15,16 +15,15 @@ from support.stub_trackers import Forgetful
 from luxloop.scenarios.files.expect import Limit
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import paths, studies
-from luxloop.scenarios.search import finding_file, reductions
+from luxloop.scenarios.search import adversary, reductions
 from luxloop.scenarios.search.evaluator import Evaluator
-from luxloop.scenarios.search.initial_trials import initial_trials
 from luxloop.scenarios.search.objective import distance, score, size
-from luxloop.scenarios.search.optimise import Disturbance
-from luxloop.scenarios.search.shrink import HALVINGS, shrink, towards_neutral
+from luxloop.scenarios.search.optimise import Disturbance, initial_trials
+from luxloop.scenarios.search.reductions import HALVINGS, shrink, towards_neutral
 from luxloop.scenarios.study.design import source
 from luxloop.scenarios.study.parameter import Parameter
 from luxloop.scenarios.study.row_store import RowStore
-from luxloop.scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
+from luxloop.scenarios.study.scenes.hidden_vehicles import hidden_behind_wall
 from luxloop.scenarios.study.study_file import Search, Study
 from luxloop.sensor_model.noise.noise_config import KINDS
 
@@ -159,7 +158,7 @@ def test_paths_are_rewritten_for_another_folder(name, tmp_path):
     """Paths in a scenario are relative to its folder, so they must change with it."""
     before = tomllib.loads(paths()[name].read_text())
     (tmp_path / "found").mkdir()
-    finding_file.write(before, paths()[name], tmp_path / "found" / "moved.toml")
+    adversary.write(before, paths()[name], tmp_path / "found" / "moved.toml")
     moved, here = Scenario.load(tmp_path / "found" / "moved.toml"), Scenario.load(paths()[name])
     assert moved.duration_s == here.duration_s
     assert files(moved) == files(here)
@@ -176,7 +175,7 @@ def files(scenario):
 
 def test_whole_numbers_of_an_expectation_are_written_without_a_fraction():
     limit = Limit(max=0.0, unit="count")
-    written = finding_file.expectation("track.id_switches", limit, "it fails")
+    written = adversary.expectation("track.id_switches", limit, "it fails")
     assert written == {"track.id_switches": {"max": 0, "unit": "count", "known_failure": "it fails"}}
     assert isinstance(written["track.id_switches"]["max"], int)
 

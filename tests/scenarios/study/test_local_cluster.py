@@ -14,7 +14,7 @@ from support.sweeps import small_study
 
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.run import device
-from luxloop.scenarios.study import dask_runs, local_cluster
+from luxloop.scenarios.study import dask_runs
 from luxloop.scenarios.study.design import StudyRun, runs
 from luxloop.scenarios.study.study_file import Study
 
@@ -52,7 +52,7 @@ def test_a_worker_that_restarts_slowly_executes_the_runs(tmp_path: Path):
 
 
 def test_workers_that_cannot_be_started_again_end_the_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(local_cluster, "WATCH_S", 0.1)
+    monkeypatch.setattr(dask_runs, "WATCH_S", 0.1)
     with pytest.raises(StudyError, match="all worker processes ended and could not be started again"):
         sweep_without_workers(short_runs(tmp_path))
 

@@ -11,12 +11,11 @@ from support.sweeps import rows, small_study
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.run import device
-from luxloop.scenarios.study import run_content, source_code
+from luxloop.scenarios.study import run_content
 from luxloop.scenarios.study.design import runs
-from luxloop.scenarios.study.named_files import named_files
-from luxloop.scenarios.study.run_content import Contents
+from luxloop.scenarios.study.run_content import Contents, named_files
 from luxloop.scenarios.study.study_file import Study
-from luxloop.scenarios.study.sweep_plan import NEW, TAKEN_OVER, combination, why_run
+from luxloop.scenarios.study.sweep_runs import NEW, TAKEN_OVER, combination, why_run
 
 RIG = 'like = "srx_six_lux"\nmodel = "my_unit.toml"\n'
 UNIT = 'like = "lux"\nrange_max_m = 150.0\n'
@@ -113,19 +112,19 @@ def test_a_changed_tracker_or_a_module_that_it_imports_changes_the_key(folder, n
 
 def test_trackers_by_module_and_by_command_have_a_digest(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    module, command = source_code.of_tracker("mine:Tracker"), source_code.of_tracker(f"process:sh {folder}/mine.py")
-    assert module == source_code.of_tracker(f"{folder / 'mine.py'}:Tracker")
+    module, command = run_content.of_tracker("mine:Tracker"), run_content.of_tracker(f"process:sh {folder}/mine.py")
+    assert module == run_content.of_tracker(f"{folder / 'mine.py'}:Tracker")
     (folder / "own_filter.py").write_text("GAIN = 0.9\n")
-    assert source_code.of_tracker("mine:Tracker") != module
-    assert source_code.of_tracker(f"process:sh {folder}/mine.py") != command
-    assert source_code.of_tracker("no_such_module:Tracker") == ""
-    assert source_code.of_tracker(device.SHIPPED) not in ("", module)
+    assert run_content.of_tracker("mine:Tracker") != module
+    assert run_content.of_tracker(f"process:sh {folder}/mine.py") != command
+    assert run_content.of_tracker("no_such_module:Tracker") == ""
+    assert run_content.of_tracker(device.SHIPPED) not in ("", module)
 
 
 def test_the_shipped_rigs_and_units_are_part_of_luxloop_s_source():
-    names = {path.name for folder in source_code.SIMULATION for path in (ROOT / folder).rglob("*.toml")}
+    names = {path.name for folder in run_content.SIMULATION for path in (ROOT / folder).rglob("*.toml")}
     assert {"srx_six_lux.toml", "lux.toml"} <= names
-    assert len(source_code.of_simulation()) == 24
+    assert len(run_content.of_simulation()) == 24
 
 
 def test_texts_that_are_no_files_are_ignored(folder):

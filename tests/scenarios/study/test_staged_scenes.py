@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.study.scenes.hidden_behind_wall import BRAKING_MPS2, SIDEWAYS_MPS2, hidden_behind_wall
-from luxloop.scenarios.study.scenes.partly_hidden import partly_hidden
+from luxloop.scenarios.study.scenes.hidden_vehicles import BRAKING_MPS2, SIDEWAYS_MPS2, hidden_behind_wall
+from luxloop.scenarios.study.scenes.partly_hidden import partly_hidden, standing_car
 from luxloop.scenarios.study.scenes.scene_parts import BEFORE_S
-from luxloop.scenarios.study.scenes.standing_car import standing_car
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.rig.rig import load_rig
 from luxloop.sim.scripted.scripted_source import ScriptedSource

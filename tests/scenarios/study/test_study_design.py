@@ -12,8 +12,7 @@ from support.sweeps import small_study
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.files.shipped import CATALOG
 from luxloop.scenarios.run import device
-from luxloop.scenarios.study.design import combinations, runs
-from luxloop.scenarios.study.keys import parse, with_values
+from luxloop.scenarios.study.design import combinations, parse, runs, with_values
 from luxloop.scenarios.study.study_file import Study, find
 
 GRID = """

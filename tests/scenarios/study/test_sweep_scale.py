@@ -28,12 +28,11 @@ from support.sweeps import (
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.metrics.definitions import standard_names
 from luxloop.scenarios.run import device
-from luxloop.scenarios.study import dask_runs, design, sweep_plan
+from luxloop.scenarios.study import dask_runs, design, sweep_runs
 from luxloop.scenarios.study.design import runs
 from luxloop.scenarios.study.row_store import RowStore, as_text
 from luxloop.scenarios.study.study_file import Study
-from luxloop.scenarios.study.sweep_plan import SweepPlan
-from luxloop.scenarios.study.sweep_runs import columns
+from luxloop.scenarios.study.sweep_runs import SweepPlan, columns
 
 STAGED = """\
 description = "Many combinations of a staged scene."
@@ -72,7 +71,7 @@ def test_a_resumed_sweep_begins_before_the_scenes_of_earlier_rows_are_built(tmp_
         store.add([as_text(row_of(run) | ({"key": "old"} if run.index == 14 else {})) for run in planned[:-1]])
     scene = design._staged
     monkeypatch.setattr(design, "_staged", lambda *a: built.append(a[2]["occlusion_s"]) or scene(*a))
-    monkeypatch.setattr(sweep_plan, "CHECKED_FIRST", 5)
+    monkeypatch.setattr(sweep_runs, "CHECKED_FIRST", 5)
     with RowStore.opened(tmp_path / "out", ["occlusion_s"]) as store:
         plan = SweepPlan(study, device.SHIPPED, store, retry_errors=False)
         missing = plan.missing()

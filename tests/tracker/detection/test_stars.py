@@ -14,7 +14,7 @@ from luxloop.tracker.detection.tlinkage import LinkageConfig
 
 STD = 0.0075
 POINTS = 50
-CONFIG = LinkageConfig(variant="lines", tau_m=2.5 * STD, points_max=500, samples_per_point=4)
+CONFIG = LinkageConfig(variant="lines", tau_m=2.5 * STD, points_max=500)
 
 
 def confusion(truth, label):
@@ -68,7 +68,7 @@ def test_the_steps_of_stairs_are_separated(std, at_most):
     limits, errors = LineLimits(2.5 * std, length_min=0.1, turn_min=0.0), []
     for seed in range(20):
         points, truth = stairs(np.random.default_rng(seed), 0.6, per_step=POINTS, std=std)
-        offset, drawn = np.array([0, len(points)]), tlinkage.uniforms(CONFIG.seed, 600, CONFIG.samples_per_point)
+        offset, drawn = np.array([0, len(points)]), tlinkage.uniforms(CONFIG.seed, 600)
         chosen, first = even_subset(points, offset, 600)
         sample = points[chosen]
         cluster = tlinkage.link_samples(sample, first, drawn, 0.1, limits.tau)
@@ -79,6 +79,6 @@ def test_the_steps_of_stairs_are_separated(std, at_most):
 def test_magri_and_fusiellos_rule_needs_no_scale_of_chance():
     """`paper` keeps the clusters before the largest jump in size: on a star without outliers the five lines."""
     points, truth = star(np.random.default_rng(0), 0, per_line=POINTS, std=STD)
-    config = LinkageConfig(variant="paper", tau_m=2.5 * STD, points_max=500, samples_per_point=4)
+    config = LinkageConfig(variant="paper", tau_m=2.5 * STD, points_max=500)
     table = confusion(truth, tlinkage.link(as_one_segment(points), config, LidarConfig()).line)
     assert table[scipy.optimize.linear_sum_assignment(-table)].sum() > 0.85 * len(truth)

@@ -246,7 +246,7 @@ def corner_of(points):
     """Corner of one segment, its uncertainty, and the gate of its points."""
     offset, config, noise = np.array([0, len(points)]), LinkageConfig(), np.array([LIDAR.range_std_m, faces.FLATNESS_M])
     chosen, first = even_subset(points, offset, config.points_max)
-    drawn = tlinkage.uniforms(config.seed, config.points_max, config.samples_per_point)
+    drawn = tlinkage.uniforms(config.seed, config.points_max)
     cluster = tlinkage.link_samples(points[chosen], first, drawn, tlinkage.LOCALITY, config.tau_m)
     corner = faces.best_corners(points, offset, chosen, first, cluster, noise, config.tau_m)
     faces.fit_corners(points, offset, corner, noise, np.array([faces.GATE]))
@@ -375,7 +375,7 @@ def test_no_segment():
     assert linkage.heading.shape == (0,)
 
 
-@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"seed": -1}, {"samples_per_point": 0}, {"points_max": 1}])
+@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"seed": -1}, {"points_max": 1}])
 def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         LinkageConfig(**values)

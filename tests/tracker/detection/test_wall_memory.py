@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from luxloop.tracker.detection.background import CellMemory
-from luxloop.tracker.seen_through import BINS, COVERED, seen_through
-
-OFFSET_M = 2.5
+from luxloop.tracker.free_space import BINS, COVERED, UNIT_OFFSET_M
+from luxloop.tracker.free_space import free as free_places
 
 
 @pytest.mark.parametrize("point", [(0.1, 0.2), (-0.1, 0.2), (0.3, -7.9), (-1200.3, -3000.7), (1e6, -1e6)])
@@ -36,7 +35,7 @@ def ring(range_m, low_deg=0.0, high_deg=360.0):
 
 
 def free(place, *returns):
-    return bool(seen_through(np.array([place], dtype=float), np.concatenate(returns), OFFSET_M, 1.0)[0])
+    return bool(free_places(np.array([place], dtype=float), np.concatenate(returns), 1.0)[0])
 
 
 def test_a_place_before_all_returns_is_free_and_one_among_or_behind_them_is_not():
@@ -66,11 +65,11 @@ def test_windows_equal_a_search_over_all_returns():
     bins = np.floor(np.arctan2(returns[:, 1], returns[:, 0]) / (2 * np.pi) * BINS).astype(int) % BINS
     expected = []
     for place, distance in zip(places, far, strict=True):
-        half = np.arcsin(min(1.0, OFFSET_M / distance))
+        half = np.arcsin(min(1.0, UNIT_OFFSET_M / distance))
         first = int(np.floor((np.arctan2(place[1], place[0]) - half) / (2 * np.pi) * BINS))
         window = [(first + i) % BINS for i in range(max(1, int(np.ceil(half / np.pi * BINS))))]
-        inside = np.isin(bins, window) & (range_m > OFFSET_M)
+        inside = np.isin(bins, window) & (range_m > UNIT_OFFSET_M)
         covered = len(set(bins[inside])) >= COVERED * len(window)
-        expected.append(distance > OFFSET_M and covered and (range_m[inside] > distance + 1.0).all())
+        expected.append(distance > UNIT_OFFSET_M and covered and (range_m[inside] > distance + 1.0).all())
     assert 5 < sum(expected) < 295
-    assert seen_through(places, returns, OFFSET_M, 1.0).tolist() == expected
+    assert free_places(places, returns, 1.0).tolist() == expected

@@ -9,7 +9,7 @@ from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracker import TrackerConfig
 from luxloop.tracker.tracking import mma
 from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
-from luxloop.tracker.tracking.mma import CA, CV, STATIONARY, MmaConfig
+from luxloop.tracker.tracking.mma import CA, CV, PROBABILITY_FLOOR, STATIONARY, MmaConfig
 
 CONFIG = MmaConfig()
 DT = 0.08
@@ -55,7 +55,7 @@ def test_a_common_offset_of_the_evidence_has_no_effect():
 
 @given(st.lists(st.tuples(*[st.floats(-1e4, 50)] * 3), min_size=1, max_size=20))
 def test_probabilities_sum_to_one_and_never_fall_below_the_floor(evidence):
-    probability, floor = EQUAL, CONFIG.probability_floor
+    probability, floor = EQUAL, PROBABILITY_FLOOR
     for log_likelihood in evidence:
         probability = update(probability, np.array(log_likelihood), floor)
         assert probability.sum() == pytest.approx(1.0)
@@ -237,8 +237,6 @@ def test_a_set_of_models_names_each_once(models):
 
 
 def test_invalid_settings_are_rejected_by_name():
-    with pytest.raises(ValueError, match="probability_floor"):
-        MmaConfig(probability_floor=0.4)
     with pytest.raises(ValueError, match="mode_time_s"):
         MmaConfig(mode_time_s=0.1)
 

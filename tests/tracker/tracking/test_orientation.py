@@ -5,7 +5,6 @@ from luxloop.tracker.geometry import rotate
 from luxloop.tracker.tracking.orientation import (
     REVERSAL_M,
     TURN_LOG_ODDS,
-    OrientationConfig,
     by_course,
     course,
     likeliest_turns,
@@ -16,7 +15,6 @@ from luxloop.tracker.tracking.orientation import (
 )
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 
-CONFIG = OrientationConfig()
 WHOLE, CUT = np.ones(2, dtype=bool), np.zeros(2, dtype=bool)
 
 
@@ -57,7 +55,7 @@ def test_the_first_direction_is_the_likeliest(size, forward, quarters):
 
 @pytest.mark.parametrize(("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3)])
 def test_motion_contradicts_the_heading(velocity, quarters):
-    direction = course(complex(*velocity), (0.1**2, 0.0, 0.1**2), CONFIG).direction
+    direction = course(complex(*velocity), (0.1**2, 0.0, 0.1**2)).direction
     assert by_course(0.0, direction) == quarters
 
 
@@ -82,8 +80,8 @@ def test_a_face_of_3_1_m_is_a_side():
 
 
 def test_an_uncertain_velocity_has_no_course():
-    assert course(5.0 + 0.0j, (1.0**2, 0.0, 1.0**2), CONFIG) == pytest.approx((0.0, 0.2**2))
-    assert course(5.0 + 0.0j, (2.0**2, 0.0, 2.0**2), CONFIG) is None
+    assert course(5.0 + 0.0j, (1.0**2, 0.0, 1.0**2)) == pytest.approx((0.0, 0.2**2))
+    assert course(5.0 + 0.0j, (2.0**2, 0.0, 2.0**2)) is None
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,11 @@
 """Posterior of vehicle sizes against scipy's distributions and sums by hand, and the sizes that views imply."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy import stats
 
 from luxloop.tracker.records import MODELS
+from luxloop.tracker.tracking import vehicle_size
 from luxloop.tracker.tracking.track_table import empty
 from luxloop.tracker.tracking.vehicle_size import (
     HIDDEN_STD_M,
@@ -14,7 +13,6 @@ from luxloop.tracker.tracking.vehicle_size import (
     MARGIN_M,
     SIZE_STD_SHARE,
     WHOLE_SHARE,
-    ExtentConfig,
     add_view,
     average_pieces,
     extend_size,
@@ -27,26 +25,24 @@ from luxloop.tracker.tracking.vehicle_size import (
 )
 from luxloop.tracker.vehicle_classes import GRID_M, SIZE_CLASSES, side_probabilities
 
-CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)
 
 
 class OneSize:
     """The size of a table of one track."""
 
-    def __init__(self, size, whole, config=CONFIG):
-        self._config, self._table = config, empty(MODELS, rows=1)
-        table = self._table
+    def __init__(self, size, whole):
+        self._table = table = empty(MODELS, rows=1)
         columns = table.size_likelihood, table.piece_likelihood, table.size_views, table.size, table.size_std
-        for column, value in zip(columns, first_view(np.asarray(size, dtype=float), whole, config), strict=True):
+        for column, value in zip(columns, first_view(np.asarray(size, dtype=float), whole), strict=True):
             column[0] = value
         table.seen_size[0] = size
 
     def observe(self, size, whole):
-        observe_size(self._table, 0, np.asarray(size, dtype=float), whole, self._config)
+        observe_size(self._table, 0, np.asarray(size, dtype=float), whole)
 
     def extend(self, seen):
-        extend_size(self._table, 0, seen, self._config)
+        extend_size(self._table, 0, seen)
 
     def swap(self):
         swap_sides(self._table, 0)
@@ -197,10 +193,10 @@ def test_a_quarter_turn_renames_the_sides():
     ],
     ids=["length whole", "width whole", "length in pieces", "length faces away"],
 )
-def test_a_quarter_turn_renames_all_that_is_known_of_the_sides(sides):
+def test_a_quarter_turn_renames_all_that_is_known_of_the_sides(sides, monkeypatch):
     """Later views have the same effect as if the first ones had had the names of the sides from the start."""
-    equal = replace(CONFIG, hidden_length_m=0.2, hidden_width_m=0.2)
-    renamed, named = (OneSize(*map(np.array, view), equal) for view in (turned(sides[0]), sides[0]))
+    monkeypatch.setattr(vehicle_size, "HIDDEN_M", np.array([0.2, 0.2]))
+    renamed, named = (OneSize(*map(np.array, view)) for view in (turned(sides[0]), sides[0]))
     for view in sides[1:]:
         renamed.observe(*map(np.array, turned(view)))
         named.observe(*map(np.array, view))

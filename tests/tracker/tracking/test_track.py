@@ -4,6 +4,7 @@ from support.one_track import CAR, DT, flow_of, follow, start, straight
 from support.seen import observe_boxes
 
 from luxloop.tracker.records import MODELS, Status
+from luxloop.tracker.tracking import vehicle_size
 from luxloop.tracker.tracking.corner import corner_covariance
 from luxloop.tracker.tracking.existence import ExistenceConfig
 from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
@@ -17,6 +18,13 @@ SEEN_STD_M = float(np.sqrt(observe_boxes((20.0, 3.5, 0.0), CAR).covariance[0, 0,
 """Standard deviation of the corner of every box along x and y [m]."""
 
 
+@pytest.fixture
+def sharp_corners(monkeypatch):
+    """Cars whose corners hide no part of a side, as those of the observations here."""
+    monkeypatch.setattr(vehicle_size, "HIDDEN_M", np.zeros(2))
+
+
+@pytest.mark.usefixtures("sharp_corners")
 def test_a_passing_car_does_not_jump_when_its_nearest_corner_changes():
     """It passes the ego from behind: the tracked corner changes from front to rear."""
     first = (-20.0, 3.5, 0.0)
@@ -29,6 +37,7 @@ def test_a_passing_car_does_not_jump_when_its_nearest_corner_changes():
     assert np.abs(centers - poses[:, :2])[10:].max() < 0.03
 
 
+@pytest.mark.usefixtures("sharp_corners")
 def test_motion_corrects_a_wrong_initial_heading_without_moving_the_box():
     first = (30.0, 3.5, np.pi)
     poses = straight(first, 8.0, 30)

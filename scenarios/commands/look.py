@@ -1,0 +1,197 @@
+"""Commands that show runs: `luxloop view`, `report`, `paper` and `occlusions`."""
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from luxloop.scenarios.commands.arguments import AsJson, Figures
+
+if TYPE_CHECKING:
+    from luxloop.scenarios.result import Result
+
+
+def view(
+    run: Annotated[
+        Path,
+        typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote, or a recording of `luxloop report`."),
+    ],
+    frame: Annotated[int | None, typer.Option(help="Start at this frame instead of the worst one.")] = None,
+    web: Annotated[bool, typer.Option("--web", help="Open in a browser (starts at the last frame).")] = False,
+    analytics: Annotated[
+        bool,
+        typer.Option("--analytics", help="Let the viewer send statistics of its use, if its own settings allow that."),
+    ] = False,
+) -> None:
+    """Open a run's recording in the rerun viewer, at the worst frame of a failed expectation."""
+    from luxloop.scenarios.report.html.reported_run import ReportedRun
+    from luxloop.scenarios.rerun_log import viewer
+    from luxloop.scenarios.run import run_folder
+
+    recording = run if run.suffix == ".rrd" and run.is_file() else run_folder.recording(run)
+    if not web:
+        viewer.require_display(run)
+    if recording == run:
+        raise typer.Exit(viewer.show(recording, None, web=web, analytics=analytics))
+    shown = ReportedRun.read(run)
+    start = viewer.frame_to_show(shown.result, shown.unmet, frame)
+    if start:
+        print(f"{'Go to' if web else 'Opens at'} {start}")
+    raise typer.Exit(viewer.show(recording, start.time_s if start else None, web=web, analytics=analytics))
+
+
+def report(
+    folders: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="Folders of runs: one run, several trackers on the same drive, or many."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The page to write; RUN.html, of several report.html, else.")
+    ] = None,
+    figures: Figures = None,
+    latex: Annotated[bool, typer.Option("--latex", help="Also write the tables of a run as LaTeX.")] = False,
+    recording: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.rrd", help="Also write one recording with the tracks of several trackers."),
+    ] = None,
+) -> None:
+    """Write the report of one run, of several trackers on the same drive, or of many runs as a single HTML file."""
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.report.figure_files import parse_formats
+    from luxloop.scenarios.run import run_folder
+
+    formats, single = parse_formats(figures), len(folders) == 1 and (folders[0] / run_folder.RESULT).is_file()
+    if (formats or latex) and not single:
+        raise InputError(f"{folders[0]}: not one run; --figures and --latex need the folder of a single run")
+    out = out or _default_path(folders)
+    if single and not recording:
+        _report_run(folders[0], out, formats, latex)
+    else:
+        _report_many(folders, out, recording)
+    print(f"The report is in {out}")
+
+
+def _default_path(folders: list[Path]) -> Path:
+    first = folders[0].resolve()
+    return first.with_name(f"{first.name}.html" if len(folders) == 1 else "report.html")
+
+
+def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None:
+    """Write the page of several trackers on one drive, with a recording if asked for, or else of all runs."""
+    from luxloop.scenarios.errors import InputError
+    from luxloop.scenarios.report.html import pages
+    from luxloop.scenarios.report.html.suite_page import find_runs, suite_page
+    from luxloop.scenarios.report.html.tracker_runs import read_trackers, same_drive
+    from luxloop.scenarios.report.html.trackers_page import trackers_page
+    from luxloop.scenarios.rerun_log import tracker_recording
+
+    found = list(dict.fromkeys(run for folder in folders for run in find_runs(folder)))
+    if len(folders) > 1 and same_drive(found):
+        runs = read_trackers(found)
+        if recording:
+            tracker_recording.write({name: (run.folder, run.result) for name, run in runs.items()}, recording)
+            print(f"The recording is in {recording}; luxloop view {recording} shows it")
+        pages.write(out, trackers_page(runs))
+    elif recording:
+        raise InputError(f"--recording {recording}: needs runs of one scenario and seed by several trackers")
+    else:
+        pages.write(out, suite_page(found))
+
+
+def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> None:
+    """Write the page of a run, and beside it its figures and tables, if asked for: all of them or none."""
+    from luxloop.scenarios import interface
+    from luxloop.scenarios.files import atomic_file, atomic_folder
+    from luxloop.scenarios.report import figure_files
+    from luxloop.scenarios.report import latex as latex_tables
+    from luxloop.scenarios.report.html import pages, run_page
+    from luxloop.scenarios.report.html.reported_run import ReportedRun
+
+    run = ReportedRun.of(interface.load_result(folder), folder)
+    shown = run_page.RunFigures.of(run)
+    figures, tables = out.with_name(f"{out.stem}-figures"), out.with_name(f"{out.stem}-tables.tex")
+    try:
+        with figure_files.beside(figures) if formats else nullcontext(), atomic_file.together():
+            pages.write(out, run_page.page_of(run, shown))
+            paths = [path for figure in shown.files for path in figure_files.save(figure, figures, formats)]
+            if latex:
+                pages.write(tables, latex_tables.document(run_page.tables_of(run.result), " ".join(run.commands[:1])))
+    except OSError as error:
+        raise atomic_folder.cannot_write(out, "--out", error) from error
+    if formats:
+        print(f"{len(paths)} figures are in {figures}")
+    if latex:
+        print(f"The tables are in {tables}")
+
+
+SCENARIO = "paper-campus"
+"""The surrogate of the paper's drive."""
+
+
+def paper(
+    run: Annotated[
+        Path | None,
+        typer.Argument(metavar="[RUN]", help=f"A folder of luxloop run; if left out, of {SCENARIO}, run if missing."),
+    ] = None,
+    table: Annotated[int | None, typer.Option(min=1, max=4, help="Only this table of the paper.")] = None,
+    latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX, for the package booktabs.")] = False,
+) -> None:
+    """Print the paper's tables I to IV for a run, with the paper's own figures beside them."""
+    from rich.console import Group
+    from rich.text import Text
+
+    from luxloop.scenarios import interface
+    from luxloop.scenarios.report import latex as latex_tables
+    from luxloop.scenarios.report import paper_tables, text
+    from luxloop.scenarios.report.html.page_tables import page_table
+
+    result = interface.load_result(run) if run else _own_run()
+    makers = [paper_tables.dataset, paper_tables.heading_error, paper_tables.heading_distribution]
+    makers = [*makers, paper_tables.position_error]
+    shown = [make(result) for make in (makers if table is None else makers[table - 1 : table])]
+    if latex:
+        print(latex_tables.document(map(page_table, shown), f"{result.scenario}, seed {result.seed}"), end="")
+    else:
+        text.show(Group(text.header(result), *(part for one in shown for part in (Text(), one))))
+
+
+def _own_run() -> "Result":
+    """Return the run of the paper's scenario in its default folder, and run it first if there is none."""
+    from luxloop.scenarios import interface
+    from luxloop.scenarios.execute import default_folder
+    from luxloop.scenarios.run import run_folder
+
+    scenario = interface.load_scenario(SCENARIO)
+    out = default_folder(scenario)
+    if (out / run_folder.RESULT).is_file():
+        return interface.load_result(out)
+    return interface.run(scenario, out=out, ahead=False, progress=True)
+
+
+def occlusions(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Folders that `luxloop run` wrote, or folders of these.")
+    ],
+    out: Annotated[Path | None, typer.Option(help="Folder of the table of all occlusions, figures and JSON.")] = None,
+    figures: Figures = None,
+    as_json: AsJson = False,
+) -> None:
+    """Survival of track ids against the time hidden, over all occlusions of some runs, by logistic regression."""
+    import json
+
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.figure_files import parse_formats
+    from luxloop.scenarios.study import occlusion_survival
+
+    formats = parse_formats(figures)
+    found = occlusion_survival.regress(occlusion_survival.read(runs))
+    if out:
+        occlusion_survival.write(found, out, formats)
+    if as_json:
+        print(json.dumps({**occlusion_survival.document(found), "out": out and str(out)}, allow_nan=False))
+    else:
+        text.show(occlusion_survival.report(found))
+        print(
+            f"Table and figure are in {out}" if out else "Nothing was written; for the table and a figure, give --out"
+        )

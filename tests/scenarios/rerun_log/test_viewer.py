@@ -1,0 +1,100 @@
+"""Choice of the frame to show, and the time cursor of the viewer."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import pytest
+from support import short_run
+
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.grading.worst_frames import worst_frames
+from luxloop.scenarios.rerun_log import viewer
+
+START_S = 90.0
+
+
+def test_failed_metric_chooses_the_frame():
+    result = short_run.result()
+    first = worst_frames(result, "fit.heading_abs_mean_deg", count=1)[0]
+    found = viewer.frame_to_show(result, ["perf.sensor_ms_p50", "fit.heading_abs_mean_deg"])
+    assert (found.frame, found.time_s) == (first.frame, first.time_s)
+    assert found.what.startswith("fit.heading_abs_mean_deg: ")
+    unfailed = viewer.frame_to_show(result, [])
+    assert unfailed.frame == result.tables["snapshots"]["frame"][0]
+    assert viewer.frame_to_show(result, [], frame=7)[:2] == (7, pytest.approx(7 * 0.08))
+    spotless = replace(result, tables={**result.tables, "snapshots": result.tables["snapshots"].iloc[:0]})
+    assert viewer.frame_to_show(spotless, []) is None
+
+
+def test_frame_outside_of_the_run_is_refused():
+    result = short_run.result()
+    with pytest.raises(InputError, match=f"--frame {result.frames}: the run has frames 0 to {result.frames - 1}"):
+        viewer.frame_to_show(result, [], frame=result.frames)
+
+
+def test_view_requires_a_run_folder(capfd, tmp_path):
+    assert main(["view", str(tmp_path), "--frame", "3"]) == 2
+    assert "no result.json of a run in it" in capfd.readouterr().err
+
+
+def test_without_a_display_view_points_to_the_browser(capfd, monkeypatch, tmp_path):
+    for name in viewer.DISPLAYS:
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / "result.json").touch()
+    (tmp_path / "recording.rrd").touch()
+    assert main(["view", str(tmp_path)]) == 2
+    err = capfd.readouterr().err
+    assert (
+        f"no display: DISPLAY and WAYLAND_DISPLAY are not set; open a browser with luxloop view {tmp_path} --web" in err
+    )
+    monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
+    viewer.require_display(tmp_path)
+
+
+@pytest.mark.parametrize("wanted", [False, True])
+def test_analytics_of_the_viewer_are_off_unless_wanted(wanted, tmp_path, monkeypatch):
+    """Asks the viewer itself, whose own settings allow them."""
+    own = tmp_path / "rerun" / "analytics.json"
+    own.parent.mkdir()
+    own.write_text(json.dumps({"analytics_enabled": True, "analytics_id": "1", "metadata": {},
+                               "config_file_path": str(own), "data_dir_path": str(tmp_path)}))  # fmt: skip
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with viewer.viewer_environment(wanted) as environment:
+        command = [sys.executable, "-m", "rerun", "analytics", "config"]
+        shown = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+    assert json.loads(shown)["analytics_enabled"] is wanted
+    assert json.loads(own.read_text())["analytics_enabled"] is True
+
+
+def test_real_viewer_opens_at_the_time(tmp_path):
+    """A headless viewer, which requires a graphics driver; Mesa's lavapipe is sufficient."""
+    rerun = pytest.importorskip("rerun.experimental")
+    recording = tmp_path / "short.rrd"
+    short_run.run(record_to=recording)
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    command = [sys.executable, "-m", "rerun", "--headless", "--bind", "127.0.0.1", "--port", str(port), str(recording)]
+    log = (tmp_path / "log").open("w")
+    # A separate session, because the viewer is a child of this child.
+    shown = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
+    try:
+        deadline = time.monotonic() + START_S
+        while shown.poll() is None and time.monotonic() < deadline and not viewer.set_time_cursor(port, 0.4):
+            time.sleep(0.2)
+        if shown.poll() is not None:
+            pytest.skip("the viewer does not start here: no graphics driver (Debian: mesa-vulkan-drivers)")
+        state = rerun.ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy").get_state()
+        assert [(one.current_timeline, one.current_time) for one in state.recordings] == [("sim_time", 400_000_000)]
+    finally:
+        log.close()
+        if shown.poll() is None:
+            os.killpg(shown.pid, signal.SIGTERM)
+            shown.wait(timeout=20)
