@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import pandas as pd
-from luxloop.scenarios.metrics.figures import Figures
-from luxloop.scenarios.metrics.observations import RunObservations
 
 from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.result import Result
 
 TABLES = ("truth", "fits", "tracks", "overlaps", "outliers")

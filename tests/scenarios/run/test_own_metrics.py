@@ -12,7 +12,7 @@ from support.paths import without_checkouts
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import MetricError, ScenarioError, StudyError
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.metrics import given_figures
+from luxloop.scenarios.grading import given_figures
 from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.report.text import as_text, report
 from luxloop.scenarios.run import own_metrics

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy
-from luxloop.scenarios.metrics.figures import of_rows
-from luxloop.scenarios.metrics.observations import Observations
 from support.frames import Body, Scripted, follow, grade_run
 
+from luxloop.scenarios.grading.figures import of_rows
+from luxloop.scenarios.grading.observations import Observations
 from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.report.cells import interval_of
 from luxloop.scenarios.statistics.cluster_median import cluster_median_interval
