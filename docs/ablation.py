@@ -19,7 +19,7 @@ import pandas as pd
 
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import find
-from luxloop.scenarios.grading.metric_names import VIEWS
+from luxloop.scenarios.metrics.definitions import VIEWS
 from luxloop.scenarios.report import paper_figures
 from luxloop.scenarios.run import device, loop
 from luxloop.sensor_model.lidar import Lidar

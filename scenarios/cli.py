@@ -20,6 +20,7 @@ from luxloop.scenarios.commands import (
     league,
     list_scenarios,
     look,
+    metrics,
     own_data,
     run,
     study,
@@ -76,6 +77,7 @@ def _with_formats(text: str) -> str:
 COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
     "Run": {
         "list": (list_scenarios.list_scenarios, "List the scenarios that ship."),
+        "metrics": (metrics.metrics, "List the metrics with their sentences."),
         "run": (run.run, "Run a scenario and grade the tracker."),
         "grade": (grade.grade, "Grade recorded scans, or tracks and truth in files."),
         "check-tracker": (tools.check_tracker, "Check that a tracker keeps the interface contract."),

@@ -9,7 +9,7 @@ from fits.league import FEWEST
 from fits.league_tables import markdown
 from fits.observations import groups
 
-from luxloop.scenarios.grading.metric_names import COVERAGES
+from luxloop.scenarios.metrics.definitions import COVERAGES
 from luxloop.scenarios.statistics.jackknife import SHARE, ratio_interval
 
 

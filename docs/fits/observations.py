@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.grading.metric_names import POINT_BANDS, RANGE_BANDS, VIEWS
+from luxloop.scenarios.metrics.definition import band
+from luxloop.scenarios.metrics.definitions import POINT_BANDS, RANGE_BANDS, VIEWS
 from luxloop.scenarios.run import run_folder
 from luxloop.tracker.records import METHODS
 
 SELECTED = ("best", "oracle")
 KEY = ["frame", "actor_id"]
-BANDS = {"range": ("range_m", RANGE_BANDS, " m"), "points": ("points", POINT_BANDS, " points")}
+BANDS = {"range": ("range_m", RANGE_BANDS, "m"), "points": ("points", POINT_BANDS, "points")}
 """Column and bands of each grouping, and the unit in its names."""
 
 
@@ -54,13 +55,18 @@ def deviation(fits: pd.DataFrame) -> pd.Series:
     return fits["box_heading_error_deg"].abs() / fits["box_heading_std_deg"]
 
 
-def in_band(values: pd.Series, bands: dict[str, tuple[float, float]], unit: str) -> pd.Series:
+def in_band(values: pd.Series, bands: Iterable[str], unit: str) -> pd.Series:
     """Return the name of each value's band; empty outside all."""
-    names = [f"{name.replace('_', '-')}{unit}" for name in bands]
-    edges = [low for low, _ in bands.values()] + [list(bands.values())[-1][1]]
-    place = np.searchsorted(edges, values.to_numpy(), side="right") - 1
-    inside = (place >= 0) & (place < len(names))
-    return pd.Series(np.where(inside, np.array(names)[np.clip(place, 0, len(names) - 1)], ""), values.index)
+    found = pd.Series("", values.index, dtype=object)
+    for name in bands:
+        low, high = band(name)
+        found[(values >= low) & (values < high)] = label(name, unit)
+    return found
+
+
+def label(name: str, unit: str) -> str:
+    """Return the name of a band in the tables: `0-15 m`, `100-up points`."""
+    return f"{name}{'up' * name.endswith('-')} {unit}"
 
 
 def groups(observed: pd.DataFrame) -> Iterable[tuple[str, pd.DataFrame]]:
@@ -70,6 +76,5 @@ def groups(observed: pd.DataFrame) -> Iterable[tuple[str, pd.DataFrame]]:
         name = view.replace("_", "-")
         yield name, observed[observed["view"] == name]
     for column, (_, bands, unit) in BANDS.items():
-        for band in bands:
-            name = f"{band.replace('_', '-')}{unit}"
-            yield name, observed[observed[column] == name]
+        for name in bands:
+            yield label(name, unit), observed[observed[column] == label(name, unit)]

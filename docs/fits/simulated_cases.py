@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from fits.case import Case, case_of
 
-from luxloop.scenarios.grading.metric_names import VIEWS
+from luxloop.scenarios.metrics.definitions import VIEWS
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.tracker.tracker import Tracker
 

@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 from intervals.populations import FOLDER
 from intervals.seed_coverage import Coverage, of_intervals
-from luxloop.scenarios.grading.metric_range import possible_range
 
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
 from luxloop.scenarios.compare.resampling import difference_interval
 from luxloop.scenarios.compare.sides import read
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS
+from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.statistics.confidence import Interval
 from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
@@ -39,7 +39,7 @@ def vehicle_coverage(numbers: tuple[int, ...], draws: int) -> Rows:
 
 
 def _coverage(population: Floats, metric: ComparedMetric, vehicles: int, draws: int) -> Coverage:
-    rng, within = np.random.default_rng(vehicles), possible_range(metric.name, metric.unit)
+    rng, within = np.random.default_rng(vehicles), find_metric(metric.name).definition.range
     found: list[Interval] = []
     for drawn in population[rng.integers(len(population), size=(draws, vehicles))]:
         total = drawn.sum(axis=0)

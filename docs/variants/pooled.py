@@ -6,13 +6,12 @@ from typing import NamedTuple
 import pandas as pd
 
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.grading import dataset_statistics, fit_metrics, frame_tables, mma_metrics
+from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.metric_sheet import MetricSheet
-from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.grading.observations import RunObservations
+from luxloop.scenarios.result import Result
 
-TABLES = ("truth", "fits", "tracks")
-WHY_NONE = "no observation"
+TABLES = ("truth", "fits", "tracks", "overlaps", "outliers")
 
 
 class Pooled(NamedTuple):
@@ -21,7 +20,7 @@ class Pooled(NamedTuple):
     drives: int
     models: tuple[str, ...]
     """Motion models of the tracker."""
-    metrics: dict[str, Metric]
+    metrics: Figures
     """Metrics of the data set, fits and positions, over all runs."""
 
 
@@ -36,24 +35,21 @@ def pooled(results: Sequence[Result]) -> Pooled:
     OutputError
         A run has no table that is needed.
     """
-    table = {name: _joined(results, name) for name in TABLES}
-    observations = table["truth"][table["truth"]["graded"]]
-    models = frame_tables.models_of(table["tracks"])
-    sheet = MetricSheet()
-    dataset_statistics.grade(sheet, observations, sum(result.frames for result in results))
-    fit_metrics.grade(sheet, table["fits"], len(observations), WHY_NONE)
-    confidence = GradingConfig(**results[0].config["grading"]).nees_confidence
-    mma_metrics.grade(sheet, table["tracks"], confidence, models)
-    return Pooled(len(results), tuple(models), sheet.metrics)
+    tables = {name: _joined(results, name) for name in TABLES}
+    config = GradingConfig(**results[0].config["grading"])
+    run = RunObservations(tables, config, sum(result.frames for result in results))
+    return Pooled(len(results), run.models, Figures(run))
 
 
 def _joined(results: Sequence[Result], name: str) -> pd.DataFrame:
-    """Return a table of all runs, with ids of actors that are unique among them."""
-    parts, first = [], 0
+    """Return a table of all runs, with numbers of frames, actors and tracks that are unique among them."""
+    parts, first = [], dict.fromkeys(("frame", "actor_id", "track_id"), 0)
     for result in results:
         if name not in result.tables:
             raise OutputError(f"run of {result.scenario}, seed {result.seed}: no table {name}; run the scenario again")
-        part, actor = result.tables[name], result.tables[name]["actor_id"]
-        parts.append(part.assign(actor_id=actor.where(actor < 0, actor + first)))  # below 0: no actor
-        first += 1 + int(result.tables["truth"]["actor_id"].max())
+        part = result.tables[name]
+        ids = {key: part[key].where(part[key] < 0, part[key] + first[key]) for key in first if key in part}
+        parts.append(part.assign(**ids))  # below 0: no actor, no track
+        for key, table in (("frame", "truth"), ("actor_id", "truth"), ("track_id", "tracks")):
+            first[key] += 1 + int(result.tables[table][key].max())
     return pd.concat(parts, ignore_index=True)

@@ -6,7 +6,7 @@ from itertools import product
 from fits.league_tables import markdown
 from variants.pooled import Pooled
 
-from luxloop.scenarios.grading.metric_names import SEEN, TARGETS, estimates
+from luxloop.scenarios.metrics.definitions import NO_VIEW, TARGETS, VIEWS, estimates
 from luxloop.scenarios.report import paper_figures
 from luxloop.scenarios.report.cells import interval_of, percent_of, value_of
 from luxloop.scenarios.result import Metric
@@ -28,8 +28,8 @@ def table_1(trackers: Trackers) -> str:
     total, rows = sum(paper_figures.VIEWS.values()), []
     for name, published in paper_figures.DATASET.items():
         rows.append((name.replace("_", " "), *(_per_drive(one, f"dataset.{name}") for one in sets.values()), published))
-    for view in SEEN:
-        shares = [percent_of(one.metrics[f"dataset.{view}.share"]) for one in sets.values()]
+    for view in (*VIEWS.values(), NO_VIEW):
+        shares = [percent_of(one.metrics[f"dataset.share{{view={view}}}"]) for one in sets.values()]
         published = paper_figures.VIEWS.get(view)
         rows.append((f"view: {view.replace('_', '-')}", *shares, f"{published / total:.1%}" if published else ""))
     return markdown(("per drive", *sets, "paper"), rows)
@@ -45,7 +45,8 @@ def table_2(trackers: Trackers) -> str:
         cells = []
         for one in sets.values():
             mean, std, size, size_std = (
-                one.metrics[f"fit.{method}.heading_{name}_deg"] for name in ("mean", "std", "abs_mean", "abs_std")
+                one.metrics[f"fit.heading_{name}_deg{{method={method}}}"]
+                for name in ("mean", "std", "abs_mean", "abs_std")
             )
             cells += [f"{value_of(mean)}, {value_of(std)}", f"{_with_interval(size)}, {value_of(size_std)}"]
         rows.append((f"`{method}`", tracker, *cells, *_published_headings(method)))
@@ -59,7 +60,7 @@ def table_3(trackers: Trackers) -> str:
     for method, published in paper_figures.WITHIN.items():
         for tracker, sets in trackers.items():
             for name, one in sets.items():
-                shares = [_share(one.metrics[f"fit.{method}.{share}"]) for share in SHARES]
+                shares = [_share(one.metrics[f"fit.{share}{{method={method}}}"]) for share in SHARES]
                 rows.append((f"`{method}`", tracker, name, *shares))
         paper = (paper_figures.ZERO[method], *published)
         rows.append((f"`{method}`", "the paper's", "", *(f"{100 * share:.1f} %" for share in paper)))
@@ -72,12 +73,11 @@ def table_4(trackers: Trackers) -> str:
     head = ("targets", "model", "tracker", *(f"{name}: {axis} mean [95 %], STD" for name in seeds for axis in "xy"))
     rows: list[Sequence[object]] = []
     for target in TARGETS:
-        kind = target.split("_")[0]
         for model in estimates(_models(trackers)):
             for tracker, sets in trackers.items():
                 cells = [_position(one.metrics, model, target, axis) for one in sets.values() for axis in "xy"]
-                rows.append((kind, f"`{model}`", tracker, *cells))
-        rows += _published_positions(kind, len(seeds))
+                rows.append((target, f"`{model}`", tracker, *cells))
+        rows += _published_positions(target, len(seeds))
     return markdown(head, rows)
 
 
@@ -105,8 +105,8 @@ def _share(share: Metric) -> str:
 
 
 def _position(metrics: Mapping[str, Metric], model: str, target: str, axis: str) -> str:
-    prefix = f"mma.{model}.{target}.{axis}_abs"
-    return f"{_with_interval(metrics[f'{prefix}_mean_m'])}, {value_of(metrics[f'{prefix}_std_m'])}"
+    mean, std = (metrics[f"mma.{axis}_abs_{name}_m{{model={model},target={target}}}"] for name in ("mean", "std"))
+    return f"{_with_interval(mean)}, {value_of(std)}"
 
 
 def _published_headings(method: str) -> tuple[str, str]:

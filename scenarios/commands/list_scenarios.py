@@ -1,6 +1,7 @@
 """`luxloop list`."""
 
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -42,7 +43,8 @@ def list_scenarios(
     if as_json:
         print(json.dumps([_document(entry) for entry in found]))
     else:
-        _show(found, ("command", "name", "question") if studies else ("family", "name", "description"))
+        head = ("command", "name", "question") if studies else ("family", "name", "description")
+        show_table(head, [entry[:3] for entry in found])
 
 
 def _refuse(filters: dict[str, str | None]) -> None:
@@ -59,12 +61,12 @@ def _document(entry: "Entry") -> dict[str, Any]:
     return {name: str(value) if name == "path" else value for name, value in entry._asdict().items() if value}
 
 
-def _show(entries: "list[Entry]", head: tuple[str, str, str]) -> None:
-    """Print a table on a terminal, and a line per entry elsewhere."""
-    lines = [head, *(entry[:3] for entry in entries)]
+def show_table(head: tuple[str, ...], lines: Sequence[tuple[str, ...]]) -> None:
+    """Print a table on a terminal, and a line per row elsewhere. Names are not broken."""
     if not sys.stdout.isatty():
-        first, second = (max(len(line[column]) for line in lines) for column in (0, 1))
-        print("\n".join(f"{family:{first}}  {name:{second}}  {text}" for family, name, text in lines))
+        widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
+        for line in (head, *lines):
+            print("  ".join(f"{cell:{width}}" for cell, width in zip(line, widths, strict=True)).rstrip())
         return
     from rich.console import Console
     from rich.table import Table
@@ -72,6 +74,6 @@ def _show(entries: "list[Entry]", head: tuple[str, str, str]) -> None:
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for name in head:
         table.add_column(name, overflow="fold", no_wrap=name == "name")
-    for line in lines[1:]:
+    for line in lines:
         table.add_row(*line)
     Console(markup=False, emoji=False, highlight=False).print(table)

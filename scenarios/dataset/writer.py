@@ -29,6 +29,8 @@ from luxloop.scenarios.dataset.dataset_rows import rows_of
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.metrics.definition import filtered
+from luxloop.scenarios.metrics.definitions import DEFINITIONS, NO_VIEW, VIEWS
 from luxloop.scenarios.result import Result
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Obstacles, WorldFrame
@@ -174,20 +176,23 @@ def close_tables(tables: Mapping[str, FrameTable]) -> None:
         raise errors[0]
 
 
+OF_VIEWS = ("dataset.observations", "dataset.share")
+TABLE_1 = (
+    *(name for name, definition in DEFINITIONS.items() if definition.kind == "dataset" and name != "dataset.share"),
+    *(filtered(name, view=view) for view in (*VIEWS.values(), NO_VIEW) for name in OF_VIEWS),
+)
+"""Metrics of a data set as in the paper's table I."""
+
+
 def summary(result: Result) -> dict[str, Any]:
     """Return source, size and LIDARs of a data set; counts such as `observations` refer to graded labels."""
-    prefix = "dataset."
     return {
         "scenario": result.scenario,
         "description": result.config["description"],
         "seed": result.seed,
         "trace_hash": result.trace_hash,
         "ended_early": result.ended_early,
-        "table": {
-            name.removeprefix(prefix): metric.value
-            for name, metric in result.metrics.items()
-            if name.startswith(prefix)
-        },
+        "table": {name.removeprefix("dataset."): result.metrics[name].value for name in TABLE_1},
         "grading": result.config["grading"],
         "lidars": _lidars(result.config["rig"]),
         "versions": result.versions,

@@ -50,7 +50,7 @@ class GradingConfig:
     similarity falls linearly to 0 there, as trackeval's of points; a hit is within half of it: an end of a bicycle is
     0.9 m from its centre."""
     target: str = ""
-    """Name of the actor that the metrics `emergence.target.*` describe, e.g. of one that drives out of an occlusion."""
+    """Name of the actor that the metrics `emergence.*` describe, e.g. of one that drives out of an occlusion."""
 
     def __post_init__(self) -> None:
         for name in (

@@ -15,8 +15,7 @@ from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.metrics.definition import Selection
-from luxloop.scenarios.metrics.definitions import OF_LOOP
+from luxloop.scenarios.metrics import of_recordings
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.recordings.recording import Recording
 from luxloop.scenarios.result import Result
@@ -79,21 +78,6 @@ def _for_period(config: TrackerConfig, recording: Recording) -> TrackerConfig:
 Observer = Callable[[WorldFrame, Scan, ScanTruth, Tracks, StepTrace | None, FrameGrade], None]
 """Receives every frame with its results, to write tracks, pictures and a recording."""
 
-NO_TRUTH = "the recording has no true poses"
-NO_SIMULATION = "the scans were recorded, not simulated"
-NO_CAUSES = "causes of single points are not known in a recording"
-NO_OCCLUSION = "occlusion is not known in a recording"
-NO_VIEWS = "visible sides are not known in a recording"
-UNKNOWN = {
-    **dict.fromkeys(OF_LOOP, NO_SIMULATION),
-    "event": NO_SIMULATION,
-    "removal": NO_CAUSES,
-    "occlusion": NO_OCCLUSION,
-    "track.id_switches_in_view": NO_OCCLUSION,
-    "fit.bound_ratio": "the range noise of the sensor is not known",
-}
-"""Reasons by the kind or name of metrics that need more truth than poses."""
-
 
 def run_tracker(
     recording: Recording,
@@ -136,7 +120,7 @@ def grade_device(
         if observe:
             observe(frame, scan, truth, tracks, trace, grade)
     metrics, tables = grader.finish()
-    measured = stopwatch.stage("tracker") if timed else {}
+    measured = of_recordings.not_simulated() | (stopwatch.stage("tracker") if timed else {})
     if not recording.has_truth:  # every track would be false
         tables = {key: table for key, table in tables.items() if not key.startswith("snapshot")}
         tables["tracks"] = tables["tracks"].assign(verdict=_ungraded(tables["tracks"]["verdict"]))
@@ -147,7 +131,7 @@ def grade_device(
         ended_early="",
         simulator_failed=False,
         frames=len(recording),
-        metrics=Figures(metrics.run, measured, _why_not if recording.has_truth else lambda _: NO_TRUTH),
+        metrics=Figures(metrics.run, measured, of_recordings.why_not(recording.has_truth)),
         tables=tables,
         config=_config(recording, rules, name),
         versions=versions.installed(),
@@ -157,13 +141,6 @@ def grade_device(
 def _ungraded(verdict: Any) -> Any:
     """Return the verdicts of tracks without truth: "false" becomes "ungraded"."""
     return verdict.mask(verdict == "false", "ungraded")
-
-
-def _why_not(selection: Selection) -> str:
-    """Return why a metric does not apply to a recording with true poses; empty if it does."""
-    definition = selection.definition
-    of_view = NO_VIEWS if "view" in selection.filters else ""
-    return UNKNOWN.get(definition.name) or UNKNOWN.get(definition.kind) or of_view
 
 
 def _config(recording: Recording, rules: Rules, name: str) -> dict[str, Any]:

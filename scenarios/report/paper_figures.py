@@ -45,8 +45,8 @@ Errors with a Laplace distribution of the mean of table II (variance), rounded, 
 columns of table III, where the paper has 22, 61, 83, 91, 96 and 97 %; without rounding 0, 49, 74, 87, 93 and 97 %."""
 
 POSITION_ABS_M = {
-    ("single", "stationary"): (0.1263, 0.0602, 0.1428, 0.0571),
-    ("MMA", "stationary"): (0.1239, 0.0570, 0.1376, 0.0544),
+    ("single", "standing"): (0.1263, 0.0602, 0.1428, 0.0571),
+    ("MMA", "standing"): (0.1239, 0.0570, 0.1376, 0.0544),
     ("single", "moving"): (0.2449, 0.1725, 0.1918, 0.1188),
     ("MMA", "moving"): (0.2384, 0.1397, 0.1626, 0.1201),
 }

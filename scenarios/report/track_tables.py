@@ -12,8 +12,9 @@ from luxloop.scenarios.result import Result
 
 TABLES: dict[str, tuple[str, ...]] = {
     "Tracking": (
-        *("hota", "deta", "assa", "loca", "mota", "idf1", "id_switches", "id_switches_in_view", "fragments", "missed"),
-        *("false", "occlusion_survival", "hidden_2s_survival", "reacquire_s", "reappearance_error_m"),
+        *("hota", "deta", "assa", "loca", "mota", "idf1"),
+        *("id_switches", "id_switch_rate", "id_switches_in_view", "fragments", "missed", "false"),
+        *("occlusion_survival", "hidden_2s_survival", "reacquire_s", "reappearance_error_m"),
     ),
     "Found and missed vehicles, false tracks": (
         *("time_to_confirm_s", "time_to_confirm_p90_s", "never_confirmed"),
@@ -24,8 +25,8 @@ TABLES: dict[str, tuple[str, ...]] = {
     "Motion, track heading and size": (
         *("velocity_abs_mean_mps", "moving_velocity_abs_mean_mps", "standing_speed_mean_mps", "speed_abs_mean_mps"),
         *("speed_mean_mps", "acceleration_abs_mean_mps2"),
-        *("heading_abs_mean_deg", "heading_abs_p90_deg", "heading_flip_rate", "standing_heading_abs_mean_deg"),
-        *("length_mean_m", "length_abs_mean_m", "width_mean_m", "width_abs_mean_m"),
+        *("heading_abs_mean_deg", "heading_abs_p90_deg", "heading_flip_rate", "heading_unflipped_mean_deg"),
+        *("standing_heading_abs_mean_deg", "length_mean_m", "length_abs_mean_m", "width_mean_m", "width_abs_mean_m"),
     ),
 }
 """Metrics of tracks by the titles of their tables."""

@@ -25,6 +25,7 @@ from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.frame_tables import SCHEMAS
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.observations import RunObservations
+from luxloop.scenarios.metrics import of_recordings
 from luxloop.scenarios.metrics.former_names import present_name
 from luxloop.scenarios.result import Metric, Result
 
@@ -176,7 +177,10 @@ def metric_document(metric: Metric) -> dict[str, Any]:
 def _figures(document: dict[str, Any], tables: dict[str, pd.DataFrame]) -> Figures:
     """Return the figures of a run; those that its file does not hold are computed from its tables."""
     known = {present_name(name) or name: _read_metric(metric) for name, metric in document["metrics"].items()}
-    return Figures(RunObservations(tables, GradingConfig(**document["config"]["grading"]), document["frames"]), known)
+    config = document["config"]
+    run = RunObservations(tables, GradingConfig(**config["grading"]), document["frames"])
+    recording = config.get("recording")
+    return Figures(run, known, None if recording is None else of_recordings.why_not(bool(recording.get("truth"))))
 
 
 def _read_metric(document: dict[str, Any]) -> Metric:

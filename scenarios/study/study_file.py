@@ -43,7 +43,7 @@ class Curve(Strict):
     """Key of a parameter with one panel of the figure per value."""
     kind: Literal["curve", "map", "survival"] = "curve"
     """Curves with 95 % confidence intervals; a heat map over two parameters; or, for a metric
-    `emergence.target.<stage>_<s, delay_s, meeting_m or meeting_s>`, the share of runs that have reached the stage
+    `emergence.<time_s, delay_s, meeting_m or meeting_s>{stage=...}`, the share of runs that have reached the stage
     (Kaplan-Meier), in which runs that never reach it count."""
     title: str = ""
     """Title of the figure; default: the metric's meaning."""

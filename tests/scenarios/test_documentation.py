@@ -7,7 +7,6 @@ import shlex
 import subprocess
 import sys
 import tomllib
-from itertools import product
 from pathlib import Path
 
 import pytest
@@ -26,28 +25,27 @@ from luxloop.scenarios.cli import app, main
 from luxloop.scenarios.control import safety
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading import emergence_names, emergence_table, frame_tables, occlusion_table
-from luxloop.scenarios.grading.metric_names import (
-    CAUSES,
+from luxloop.scenarios.grading import emergence_table, frame_tables, occlusion_table
+from luxloop.scenarios.grading.truth_events import truth_event
+from luxloop.scenarios.metrics.definition import FILTERS
+from luxloop.scenarios.metrics.definitions import (
+    CLASSES,
     CORNER_FIGURES,
     COVERAGES,
+    DEFINITIONS,
     DRIVERS,
-    ESTIMATES,
-    FIT_METHODS,
+    GROUPS,
     HORIZONS,
-    METRICS,
-    POINT_BANDS,
-    TARGETS,
+    NO_VIEW,
+    REQUIRED,
     TIMED_STAGES,
+    VIEWS,
+    WITHIN_DEG,
 )
-from luxloop.scenarios.grading.track_metric_names import BANDS, RANGE_BANDS, SIZE, VIEWS
-from luxloop.scenarios.grading.truth_events import truth_event
-from luxloop.scenarios.grading.vulnerable import vulnerable_names
+from luxloop.scenarios.metrics.former_names import FORMER, present_name
 from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
-from luxloop.sensor_model.truth import View
-from luxloop.tracker.records import MODEL_NAMES, MODELS, TURNING_MODELS
 
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
 PYTHON, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("python", "paper", "how-it-works"))
@@ -347,41 +345,54 @@ def test_every_metric_is_listed_with_its_unit():
     rows = re.findall(r"^\| `([\w.<>]+)` \| ([\w/^]+) \|", section_tree(RESULTS, "Metrics"), re.MULTILINE)
     for pattern, unit in rows:
         listed |= dict.fromkeys(expand(pattern), unit)
-    assert listed == METRICS
+    assert listed == {name: definition.unit for name, definition in DEFINITIONS.items()}
 
 
 def expand(pattern: str) -> list[str]:
-    views = [f"{view}.{method}" for view, method in product(VIEWS.values(), FIT_METHODS)]
     values = {
-        "method": [*FIT_METHODS, *views],
-        "unscoped": FIT_METHODS,
-        "selection": ["best", *(f"{view}.best" for view in VIEWS.values())],
-        "range": RANGE_BANDS,
-        "count": POINT_BANDS,
         "corner": CORNER_FIGURES,
         "percent": [str(percent) for percent in COVERAGES],
-        "band": BANDS,
-        "size": [definition.name.removeprefix("track.") for definition in SIZE],
-        "limit": [str(limit) for limit in range(1, 6)],
-        "cause": CAUSES.values(),
-        "estimate": (*ESTIMATES, *TURNING_MODELS),
+        "limit": [str(limit) for limit in WITHIN_DEG],
         "horizon": HORIZONS,
-        "target": TARGETS,
-        "mode": MODELS,
-        "model": MODEL_NAMES,
-        "seen": [view.name.lower() for view in View],
         "axis": "xy",
         "drive": DRIVERS.values(),
         "stage": TIMED_STAGES,
         "quantile": ("p50", "p99"),
-        "moment": emergence_names.STAGES,
-        "group": emergence_names.GROUPS,
-        "users": vulnerable_names.GROUPS,
+        "users": GROUPS,
     }
     names = [pattern]
     for placeholder in re.findall(r"<(\w+)>", pattern):
         names = [name.replace(f"<{placeholder}>", value) for name in names for value in values[placeholder]]
     return names
+
+
+def test_every_parameter_is_listed_with_its_values_and_every_filter():
+    values: dict[str, set[str]] = {}
+    for definition in DEFINITIONS.values():
+        for name, choices in definition.parameters.items():
+            values.setdefault(name, set()).update(set(choices) - {REQUIRED})
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", section(RESULTS, "Names"), re.MULTILINE))
+    listed = {name: set(re.findall(r"`([\w-]+)`", rows[name])) for name in values}
+    assert listed == values
+    assert rows.keys() == {*FILTERS, *values}
+    assert {*CLASSES, *VIEWS.values(), NO_VIEW} <= set(re.findall(r"`(\w+)`", rows["class"] + rows["view"]))
+
+
+def test_former_names_of_metrics_are_those_of_the_table():
+    rows = re.findall(r"^\| `(.*)` \| `(.*)` \|$", section(RESULTS, "Former names"), re.MULTILINE)
+    values = {
+        "method": "jlinkage", "figure": "heading_mean_deg", "view": "side", "cause": "rain", "model": "cv",
+        "mode": "ca", "group": "person", "stage": "located", "metric": "track.gospa_m", "class": "bus",
+    }  # fmt: skip
+    used = set()
+    for former, present in rows:
+        old, new = (re.sub(r"<(\w+)>", lambda match: values[match[1]], text) for text in (former, present))
+        assert present_name(old) == new
+        assert present_name(new) == ""
+        base = re.sub(r"\.by_.*", "", old)
+        used.add(next(pattern for pattern, _, _ in FORMER if re.fullmatch(pattern, base)))
+    assert used == {pattern for pattern, _, _ in FORMER}
+    assert present_name("fit.best.iou_mean") == "fit.iou_mean"
 
 
 @pytest.mark.parametrize("table", ["truth", "ego", "tracks", "overlaps", "fits", "segments", "outliers"])

@@ -189,7 +189,7 @@ def _move(rng, document):
 
 def _expect(rng, document):
     """Set a limit on a metric, or on an unknown one."""
-    name = rng.choice([*METRICS, "track.hotta", "hota", "", "fit.best", "fit..iou_mean", "track.Überholt"])
+    name = rng.choice([*standard_names(), "track.hotta", "hota", "", "fit.best", "fit..iou_mean", "track.Überholt"])
     limit = {end: rng.choice(NUMBERS) for end in rng.sample(["min", "max", "unit", "mox"], rng.randrange(4))}
     document["expect"] = {name: limit}
     return (name,), f"{name} = {limit}"

@@ -7,8 +7,8 @@ from functools import cache
 import pytest
 
 from luxloop.scenarios.files import shipped
-from luxloop.scenarios.files.expect import METRICS
 from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.metrics.definitions import find_metric
 
 PATHS = shipped.paths()
 FAMILIES = {"highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary"}
@@ -33,7 +33,7 @@ def test_description_and_reason_are_sentences(scenario):
 def test_every_limit_has_a_unit_and_a_need(scenario):
     assert scenario.expect, "the scenario has no expectations"
     for metric, limit in scenario.expect.items():
-        assert limit.unit == METRICS[metric], metric
+        assert limit.unit == find_metric(metric).unit, metric
         assert limit.need, metric
 
 

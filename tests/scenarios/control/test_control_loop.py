@@ -10,7 +10,7 @@ from luxloop.scenarios.control.safety import NO_CONTROL
 from luxloop.scenarios.errors import ScenarioError
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.metric_names import CONTROL
+from luxloop.scenarios.metrics.definitions import DEFINITIONS
 from luxloop.scenarios.run import device, loop
 from luxloop.sim.source import SimulatorFailedError
 
@@ -22,6 +22,9 @@ def drive(duration_s, factory=None):
     return loop.run(scenario, factory or device.load(device.SHIPPED))
 
 
+CONTROLLED = [name for name in DEFINITIONS if name.startswith("control.")]
+
+
 def speeds(result, driver):
     table = result.tables["control"]
     return table.loc[table["driver"] == driver, "speed_mps"].to_numpy()
@@ -30,7 +33,7 @@ def speeds(result, driver):
 def test_the_closed_loop_is_deterministic():
     once, again = drive(4.0), drive(4.0)
     assert once.trace_hash == again.trace_hash
-    for name in CONTROL:
+    for name in CONTROLLED:
         assert once.metrics[name] == again.metrics[name]
     assert once.tables["control"].equals(again.tables["control"])
 
@@ -84,7 +87,7 @@ def test_a_simulator_failure_in_the_drive_on_the_truth_keeps_the_drive_on_the_tr
 def test_without_control_there_is_no_second_drive():
     result = short_run.result()
     assert "control" not in result.tables
-    assert {result.metrics[name].reason for name in CONTROL} == {NO_CONTROL}
+    assert {result.metrics[name].reason for name in CONTROLLED} == {NO_CONTROL}
 
 
 SUMO = 'description = "x"\nduration_s = 1\ntraffic = { kind = "sumo", net = "n", routes = ["r"] }\n'

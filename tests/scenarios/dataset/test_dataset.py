@@ -136,13 +136,15 @@ def test_the_nearest_corner_belongs_to_the_labelled_box(written):
 def test_the_summary_agrees_with_metrics_and_labels(written):
     folder, result, _ = written
     summary, labels = json.loads((folder / "summary.json").read_text()), table(folder, "labels")
-    assert {f"dataset.{name}": value for name, value in summary["table"].items()} == {
-        name: metric.value for name, metric in result.metrics.items() if name.startswith("dataset.")
+    assert {name for name in result.metrics if name.startswith("dataset.")} - {"dataset.share"} == {
+        f"dataset.{name}" for name in summary["table"] if "{" not in name
     }
+    assert all(result.metrics[f"dataset.{name}"].value == value for name, value in summary["table"].items())
+    assert sum(value for name, value in summary["table"].items() if name.startswith("share{")) == pytest.approx(1.0)
     graded = labels[labels["graded"]]
     assert summary["table"]["observations"] == len(graded) > 0
     assert summary["table"]["vehicles"] == graded["actor_id"].nunique()
-    assert summary["table"]["l_shape.observations"] == (graded["view"] == "l_shape").sum()
+    assert summary["table"]["observations{view=l_shape}"] == (graded["view"] == "l_shape").sum()
     assert (summary["seed"], summary["trace_hash"]) == (result.seed, result.trace_hash)
 
 

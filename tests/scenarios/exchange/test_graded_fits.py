@@ -7,6 +7,7 @@ import pytest
 from support import box_files, exported_run
 
 from luxloop.scenarios.cli import main
+from luxloop.scenarios.run import run_folder
 
 HEAD = "x_m,y_m,heading_rad,length_m,width_m"
 TRUTH = f"frame,id,{HEAD}\n0,a,10,5,0,4,2\n0,b,30,5,0,4,2\n1,a,10,5,0,4,2\n"
@@ -88,12 +89,12 @@ def test_fits_of_a_run_have_its_figures(tmp_path, capsys):
     fits.to_parquet(tmp_path / "fits.parquet")
     capsys.readouterr()
     found = graded(capsys, "--truth", run / "scans" / "labels.parquet", "--fits", tmp_path / "fits.parquet")["fits"]
-    expected = json.loads((run / "result.json").read_text())["metrics"]
+    expected = run_folder.read(run).metrics
     assert set(found["methods"]) == {"area", "closeness", "variance", "tlinkage", "refined"}
     for method, figures in found["methods"].items():
         for name, metric in figures.items():
-            of_run = expected[f"fit.{method}.{name}"]
-            assert (metric["value"], metric["n"]) == (pytest.approx(of_run["value"], abs=1e-6), of_run["n"]), name
+            of_run = expected[f"fit.{name}{{method={method}}}"]
+            assert (metric["value"], metric["n"]) == (pytest.approx(of_run.value, abs=1e-6), of_run.n), name
 
 
 @pytest.mark.parametrize(

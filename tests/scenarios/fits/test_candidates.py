@@ -12,8 +12,8 @@ from support import short_run
 from support.paths import ROOT
 from support.scripts import load_script
 
-from luxloop.scenarios.grading.metric_names import POINT_BANDS
-from luxloop.scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
+from luxloop.scenarios.metrics.definition import filtered
+from luxloop.scenarios.metrics.definitions import POINT_BANDS, RANGE_BANDS, VIEWS
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.statistics.confidence import FEWEST_CLUSTERS
 from luxloop.tracker.records import METHODS
@@ -31,15 +31,14 @@ def run(tmp_path_factory):
 
 def test_errors_are_those_of_the_metrics_overall_by_view_and_by_band(run):
     metrics, observed = short_run.result().metrics, observations.of_runs([run])
-    scopes = {"all": ("", "")}
-    scopes |= {view.replace("_", "-"): (f"{view}.", "") for view in VIEWS.values()}
-    scopes |= {f"{band.replace('_', '-')} m": ("", f".by_range.{band}") for band in RANGE_BANDS}
-    scopes |= {f"{band.replace('_', '-')} points": ("", f".by_points.{band}") for band in POINT_BANDS}
+    scopes = {"all": {}}
+    scopes |= {view.replace("_", "-"): {"view": view} for view in VIEWS.values()}
+    scopes |= {observations.label(band, "m"): {"range": band} for band in RANGE_BANDS}
+    scopes |= {observations.label(band, "points"): {"points": band} for band in POINT_BANDS}
     seen = 0
     for name, group in observations.groups(observed):
-        before, after = scopes[name]
         for method in ("best", "oracle", *METHODS):
-            metric = metrics[f"fit.{before}{method}.heading_abs_mean_deg{after}"]
+            metric = metrics[filtered("fit.heading_abs_mean_deg", method=method, **scopes[name])]
             assert len(group) == metric.n
             if metric.n:
                 assert group[method].mean() == pytest.approx(metric.value)

@@ -16,7 +16,7 @@ from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.metric_names import CAUSES
+from luxloop.scenarios.metrics.definitions import CAUSES
 from luxloop.scenarios.oracle import oracle_detector, oracle_tracks
 from luxloop.scenarios.oracle.oracle_tracker import OracleFactory, OracleTracker, choose
 from luxloop.scenarios.oracle.oracle_tracks import OracleModelSelection, certain
@@ -78,7 +78,7 @@ def test_true_outliers_are_exactly_the_noise():
     graded = [
         (metric.value, shipped()[name].value)
         for cause in CAUSES.values()
-        for name in (f"outliers.{cause}.precision", f"outliers.{cause}.recall")
+        for name in (f"outliers.precision{{cause={cause}}}", f"outliers.recall{{cause={cause}}}")
         if (metric := of(Stage.OUTLIERS)[name]).value is not None
     ]
     assert len(graded) >= 6

@@ -10,7 +10,7 @@ from support import recorded_drive as drive
 from support.compiling_tracker import SPEC
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.run import progress
+from luxloop.scenarios.run import progress, run_folder
 
 MINE = """
 from luxloop.tracker.tracker import Tracker
@@ -120,15 +120,17 @@ def test_grades_of_tracker_and_file_of_tracks_agree(recording, tracked, capsys):
 
 def test_what_a_recording_does_not_show_is_null_with_the_reason(recording, capsys):
     metrics = graded(capsys, recording)
-    for name in (
-        "outliers.recall{cause=mirror}",
-        "track.occlusion_survival",
-        "perf.sim_ms_p50",
-        "fit.iou_mean{view=l_shape}",
-    ):
+    for name in ("outliers.recall{cause=mirror}", "track.occlusion_survival", "perf.sim_ms_p50"):
         assert metrics[name]["value"] is None
         assert metrics[name]["reason"]
     assert metrics["perf.tracker_ms_p50"]["value"] > 0
+
+
+def test_sides_that_a_recording_does_not_show_have_no_figures(tracked):
+    figures = run_folder.read(tracked).metrics
+    for name in ("fit.iou_mean{view=l_shape}", "track.missed_share{view=none}", "outliers.recall{cause=mirror}"):
+        assert figures[name].value is None, name
+        assert "not known in a recording" in figures[name].reason
 
 
 def test_another_tracker_runs_on_the_same_scans(recording, tmp_path, capsys):

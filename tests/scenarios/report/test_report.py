@@ -6,7 +6,7 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.files.expect import Check, Limit, check, verdict
-from luxloop.scenarios.grading.track_metric_names import BANDED_NAMES, BANDS, OVERALL
+from luxloop.scenarios.metrics.definitions import DEFINITIONS, REPORTED_BANDS
 from luxloop.scenarios.report import paper_figures, track_tables
 from luxloop.scenarios.report.cells import NONE
 from luxloop.scenarios.report.text import WIDTH, as_text, report
@@ -23,20 +23,21 @@ def row(text, title, first_cell):
     return next(line for line in lines if line.startswith(first_cell)).removeprefix(first_cell).split()
 
 
-def with_metrics(**values):
-    """Return the short result with replaced metrics; names have __ for dots."""
+def with_metrics(values):
+    """Return the short result with replaced metrics."""
     result = short_run.result()
-    changed = {name.replace("__", "."): value for name, value in values.items()}
-    return replace(result, metrics={**result.metrics, **changed})
+    return replace(result, metrics=result.metrics | values)
 
 
 def test_data_set_table_shows_metrics_and_the_papers_figures():
     result = with_metrics(
-        dataset__observations_per_frame=Metric(4.25, "1", 100),
-        dataset__rear__observations=Metric(17.0, "count", 100),
-        dataset__rear__share=Metric(0.04, "1", 425),
-        dataset__front__observations=Metric(3.0, "count", 100),
-        dataset__front__share=Metric(0.0071, "1", 425),
+        {
+            "dataset.observations_per_frame": Metric(4.25, "1", 100),
+            "dataset.observations{view=rear}": Metric(17.0, "count", 100),
+            "dataset.share{view=rear}": Metric(0.04, "1", 425),
+            "dataset.observations{view=front}": Metric(3.0, "count", 100),
+            "dataset.share{view=front}": Metric(0.0071, "1", 425),
+        }
     )
     text = text_of(result)
     assert row(text, "Data set", "observations per frame") == ["4.2", "4"]
@@ -46,10 +47,12 @@ def test_data_set_table_shows_metrics_and_the_papers_figures():
 
 def test_heading_table_shows_metrics_and_the_papers_figures():
     result = with_metrics(
-        fit__best__heading_mean_deg=Metric(-0.25, "deg", 77),
-        fit__best__heading_std_deg=Metric(1.5, "deg", 77),
-        fit__best__heading_abs_mean_deg=Metric(1.125, "deg", 77, interval=(0.875, 1.5)),
-        fit__best__heading_abs_std_deg=Metric(0.75, "deg", 77),
+        {
+            "fit.heading_mean_deg": Metric(-0.25, "deg", 77),
+            "fit.heading_std_deg": Metric(1.5, "deg", 77),
+            "fit.heading_abs_mean_deg": Metric(1.125, "deg", 77, interval=(0.875, 1.5)),
+            "fit.heading_abs_std_deg": Metric(0.75, "deg", 77),
+        }
     )
     text = text_of(result)
     expected = ["-0.250", "1.500", "1.125", "0.875-1.500", "0.750", "77"]
@@ -60,16 +63,18 @@ def test_heading_table_shows_metrics_and_the_papers_figures():
 def test_enabled_baseline_is_shown():
     """Fails when a table has a fixed list of methods."""
     assert "jlinkage" not in text_of(short_run.result())
-    names = [f"fit.jlinkage.{name}" for name in ("heading_mean_deg", "heading_abs_mean_deg", "rounded_to_0deg")]
-    text = text_of(with_metrics(**{name.replace(".", "__"): Metric(0.5, "deg", 9) for name in names}))
+    names = [
+        f"fit.{name}{{method=jlinkage}}" for name in ("heading_mean_deg", "heading_abs_mean_deg", "rounded_to_0deg")
+    ]
+    text = text_of(with_metrics(dict.fromkeys(names, Metric(0.5, "deg", 9))))
     assert row(text, "Fit heading error by method", "jlinkage")[0] == "0.500"
     assert row(text, "Share of fit heading errors", "jlinkage")[0] == "50.0%"
 
 
 def test_distribution_table_shows_metrics_and_the_papers_figures():
-    shares = {f"fit__area__within_{n}deg": Metric(n / 10, "1", 9, interval=(0.0, n / 5)) for n in range(1, 6)}
-    shares["fit__area__rounded_to_0deg"] = Metric(0.05, "1", 9)
-    text = text_of(with_metrics(**shares))
+    shares = {f"fit.within_{n}deg{{method=area}}": Metric(n / 10, "1", 9, interval=(0.0, n / 5)) for n in range(1, 6)}
+    shares["fit.rounded_to_0deg{method=area}"] = Metric(0.05, "1", 9)
+    text = text_of(with_metrics(shares))
     expected = ["5.0%", "10.0%", "0-20", "20.0%", "0-40", "30.0%", "0-60", "40.0%", "0-80", "50.0%", "0-100"]
     assert row(text, "Share of fit heading errors", "area") == expected
     assert row(text, "Share of fit heading errors", "paper: best") == [
@@ -95,7 +100,7 @@ def test_fit_tables_show_metrics_by_band_and_by_view():
         "fit.corner_across_mean_m{view=rear}": Metric(-0.125, "m", 40),
         "fit.corner_across_abs_mean_m{view=rear}": Metric(0.175, "m", 40),
     }
-    text = text_of(with_metrics(**{name.replace(".", "__"): metric for name, metric in changed.items()}))
+    text = text_of(with_metrics(changed))
     by_band = row(text, "Mean absolute fit heading error by range", "variance")
     assert (by_band[1], by_band[5]) == ("1.500", "0.250")
     selected = row(text, "Selected fits: regret", "rear")
@@ -106,10 +111,12 @@ def test_fit_tables_show_metrics_by_band_and_by_view():
 
 def test_position_table_shows_metrics_and_the_papers_figures():
     result = with_metrics(
-        mma__mma__moving_target__x_abs_mean_m=Metric(0.1, "m", 31, interval=(0.09, 0.12)),
-        mma__mma__moving_target__x_abs_std_m=Metric(0.2, "m", 31),
-        mma__mma__moving_target__y_abs_mean_m=Metric(0.3, "m", 31),
-        mma__mma__moving_target__y_abs_std_m=Metric(0.4, "m", 31),
+        {
+            "mma.x_abs_mean_m{target=moving}": Metric(0.1, "m", 31, interval=(0.09, 0.12)),
+            "mma.x_abs_std_m{target=moving}": Metric(0.2, "m", 31),
+            "mma.y_abs_mean_m{target=moving}": Metric(0.3, "m", 31),
+            "mma.y_abs_std_m{target=moving}": Metric(0.4, "m", 31),
+        }
     )
     text = text_of(result)
     rows = [line.split() for line in text[text.index("Absolute error of the tracked corner") :].splitlines()]
@@ -119,13 +126,15 @@ def test_position_table_shows_metrics_and_the_papers_figures():
 
 def test_tables_of_mode_confusion_and_model_consistency():
     result = with_metrics(
-        mma__confusion__ca__stationary=Metric(0.05, "1", 40),
-        mma__confusion__ca__cv=Metric(0.2, "1", 40),
-        mma__confusion__ca__ca=Metric(0.75, "1", 40),
-        mma__ca__nees_in_band=Metric(0.9, "1", 40),
-        mma__ca__nees_mean=Metric(2.5, "1", 40),
-        mma__ca__nis_in_band=Metric(0.8, "1", 40),
-        mma__ca__nis_mean=Metric(1.5, "1", 40),
+        {
+            "mma.selected{mode=ca,model=stationary}": Metric(0.05, "1", 40),
+            "mma.selected{mode=ca,model=cv}": Metric(0.2, "1", 40),
+            "mma.selected{mode=ca,model=ca}": Metric(0.75, "1", 40),
+            "mma.nees_in_band{model=ca}": Metric(0.9, "1", 40),
+            "mma.nees_mean{model=ca}": Metric(2.5, "1", 40),
+            "mma.nis_in_band{model=ca}": Metric(0.8, "1", 40),
+            "mma.nis_mean{model=ca}": Metric(1.5, "1", 40),
+        }
     )
     text = text_of(result)
     assert row(text, "Selected model by true mode", "ca") == ["5.0%", "20.0%", "75.0%", "40"]
@@ -136,10 +145,12 @@ def test_table_of_both_drives_of_a_controlled_ego():
     title = "Controlled ego"
     assert title not in text_of(short_run.result())
     result = with_metrics(
-        control__min_ttc_s=Metric(1.75, "s", 80),
-        control__truth_min_ttc_s=Metric(2.25, "s", 70),
-        control__collisions=Metric(1.0, "count", 100),
-        control__truth_collisions=Metric(0.0, "count", 100),
+        {
+            "control.min_ttc_s": Metric(1.75, "s", 80),
+            "control.truth_min_ttc_s": Metric(2.25, "s", 70),
+            "control.collisions": Metric(1.0, "count", 100),
+            "control.truth_collisions": Metric(0.0, "count", 100),
+        }
     )
     text = text_of(replace(result, config={**result.config, "control": {"kind": "cruise"}}))
     assert row(text, title, "least true time to collision")[-3:] == ["[s]", "1.750", "2.250"]
@@ -165,11 +176,13 @@ def test_report_shows_seed_trace_hash_and_limits_of_grading():
 def test_the_emergence_of_a_named_target_is_shown():
     assert "Emergence" not in text_of(short_run.result())
     result = with_metrics(
-        emergence__target__confirmed_s=Metric(0.16, "s", 1),
-        emergence__target__confirmed_delay_s=Metric(0.08, "s", 1),
-        emergence__target__confirmed_range_m=Metric(9.5, "m", 1),
-        emergence__target__confirmed_meeting_m=Metric(4.25, "m", 1),
-        emergence__target__confirmed_meeting_s=Metric(0.5, "s", 1),
+        {
+            "emergence.time_s{stage=confirmed}": Metric(0.16, "s", 1),
+            "emergence.delay_s{stage=confirmed}": Metric(0.08, "s", 1),
+            "emergence.range_m{stage=confirmed}": Metric(9.5, "m", 1),
+            "emergence.meeting_m{stage=confirmed}": Metric(4.25, "m", 1),
+            "emergence.meeting_s{stage=confirmed}": Metric(0.5, "s", 1),
+        }
     )
     grading = result.config["grading"] | {"target": "[car]"}
     text = text_of(replace(result, config={**result.config, "grading": grading}))
@@ -177,7 +190,7 @@ def test_the_emergence_of_a_named_target_is_shown():
 
 
 def test_metric_without_value_is_shown_with_its_reason():
-    result = with_metrics(track__hota=Metric(None, "1", 0, "nothing was graded"))
+    result = with_metrics({"track.hota": Metric(None, "1", 0, "nothing was graded")})
     assert row(text_of(result), "Tracking", "track.hota") == [NONE, "0", "nothing", "was", "graded"]
 
 
@@ -233,28 +246,28 @@ def test_figures_of_the_paper_are_consistent():
 
 
 def test_bands_of_the_tracks_have_a_row_each_on_the_page_and_none_in_the_printed_report():
-    names = {
-        "track.missed_share{class=trailer_truck}": Metric(0.25, "1", 40),
-        "track.length_mean_m{class=trailer_truck}": Metric(-1.5, "m", 30),
-        "track.missed_share{range=15-30}": Metric(0.125, "1", 8),
-    }
-    result = with_metrics(**{name.replace(".", "__"): metric for name, metric in names.items()})
-    shown = [name for columns in track_tables.BANDED_TABLES.values() for name in columns]
-    assert sorted(shown) == sorted(BANDED_NAMES)
+    result = with_metrics(
+        {
+            "track.missed_share{class=trailer_truck}": Metric(0.25, "1", 40),
+            "track.length_mean_m{class=trailer_truck}": Metric(-1.5, "m", 30),
+            "track.missed_share{range=15-30}": Metric(0.125, "1", 8),
+        }
+    )
     found, _ = track_tables.by_band(result)
     first, *others = ([str(cell) for cell in column.cells] for column in found.columns)
     rows = dict(zip(first, zip(*others, strict=True), strict=True))
     assert (rows["class trailer truck"][0], rows["class trailer truck"][3]) == ("0.250", "-1.500")
     assert (rows["range 15-30 m"][0], rows["range 15-30 m"][-1]) == ("0.125", "8")
-    assert len(rows) == len(BANDS)
-    assert ".by_class." not in text_of(result)
+    assert len(rows) == len(REPORTED_BANDS)
+    assert "class=" not in text_of(result)
 
 
 def test_every_track_metric_has_a_row_with_its_interval():
-    changed = {f"track__{name}": Metric(0.5, "1", 9, interval=(0.25, 0.75)) for name in ("hota", "idf1")}
-    text = text_of(with_metrics(**changed, track__length_mean_m=Metric(-0.5, "m", 9, interval=(-0.75, 0.25))))
+    changed = {f"track.{name}": Metric(0.5, "1", 9, interval=(0.25, 0.75)) for name in ("hota", "idf1")}
+    changed["track.length_mean_m"] = Metric(-0.5, "m", 9, interval=(-0.75, 0.25))
+    text = text_of(with_metrics(changed))
     assert row(text, "Tracking", "track.hota")[:3] == ["0.500", "0.250-0.750", "9"]
     assert row(text, "Tracking", "track.idf1")[:3] == ["0.500", "0.250-0.750", "9"]
     assert row(text, "Motion, track heading", "track.length_mean_m")[:4] == ["-0.500", "-0.750", "to", "0.250"]
-    for definition in OVERALL:
-        assert f"\n{definition.name} " in text
+    for name in DEFINITIONS:
+        assert not name.startswith("track.") or f"\n{name} " in text, name

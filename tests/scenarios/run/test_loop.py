@@ -9,22 +9,25 @@ from support import short_run
 from luxloop.scenarios.errors import ContractError
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.metric_names import METRICS, TURNING
+from luxloop.scenarios.metrics.definitions import find_metric, standard_names
 from luxloop.scenarios.report.truth_event_line import truth_events
 from luxloop.scenarios.run import device, loop, warm_up
 from luxloop.scenarios.run.stopwatch import RECORDING, Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.sim.world import Actors, Collision, Ego
+from luxloop.tracker.records import TURNING_MODELS
 from luxloop.tracker.tracker import Tracker
 
 CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
+GRADED = {name for name in standard_names() if find_metric(name).parameters.get("model") not in TURNING_MODELS}
+"""Figures of a run with the standard motion models."""
 
 
 def test_a_result_has_every_metric_with_its_unit_or_the_reason_for_no_value():
     metrics = short_run.result().metrics
-    assert metrics.keys() == METRICS.keys() - TURNING.keys()
+    assert metrics.keys() == GRADED
     for name, metric in metrics.items():
-        assert metric.unit == METRICS[name]
+        assert metric.unit == find_metric(name).unit
         assert (metric.value is None) == bool(metric.reason), name
 
 
@@ -46,7 +49,7 @@ def test_the_same_seed_gives_the_same_run_and_a_recording_does_not_change_it(tmp
     once, again = short_run.result(), short_run.run(record_to=tmp_path / "recording.rrd")
     assert (tmp_path / "recording.rrd").stat().st_size > 0
     assert again.trace_hash == once.trace_hash
-    for name in METRICS.keys() - TURNING.keys():
+    for name in GRADED:
         assert name.startswith("perf.") or again.metrics[name] == once.metrics[name], name
 
 
@@ -87,7 +90,7 @@ def test_traffic_that_ends_after_its_first_frame_is_graded(tmp_path):
     result = short_run.run(arriving_ego(tmp_path, 'departPos="60" arrivalPos="60"'))
     assert result.frames == 1
     assert result.ended_early.startswith('ego "ego" left the net at 0.08 s')
-    assert result.metrics.keys() == METRICS.keys() - TURNING.keys()
+    assert result.metrics.keys() == GRADED
 
 
 def write_collision(folder, standing, driving):

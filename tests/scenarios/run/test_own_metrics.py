@@ -12,7 +12,7 @@ from support.paths import without_checkouts
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import MetricError, ScenarioError, StudyError
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading import given_figures
 from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.report.text import as_text, report
 from luxloop.scenarios.run import own_metrics
@@ -58,8 +58,8 @@ def graded(*metrics):
         [follow(body, x=body.x + 0.1 + 0.2 * body.id) for body in bodies if (body.id, frame) != (1, 3)]
         for frame, bodies in enumerate(scene)
     ]
-    tables = grade_run(scene, Scripted(script))[1]
-    return own_metrics.grade([OwnMetric.model_validate(one) for one in metrics], tables, GradingConfig(), 4)
+    figures, tables, _ = grade_run(scene, Scripted(script))
+    return own_metrics.grade([OwnMetric.model_validate(one) for one in metrics], tables, figures, 4)
 
 
 def of(metric, **chosen):
@@ -82,9 +82,10 @@ def test_actors_that_are_not_there_have_a_reason():
 
 
 def test_a_name_chooses_one_actor():
-    tables = short_run.result().tables
+    result = short_run.result()
+    tables = result.tables
     first, second = pd.unique(tables["truth"]["name"])[:2]
-    one = own_metrics.tables_of(tables, [first], [])
+    one = given_figures.restricted(result.metrics.run, {"actor": first}).tables
     assert set(one["truth"].loc[one["truth"]["graded"], "name"]) == {first}
     assert second not in set(one["emergence"]["name"])
     assert len(one["fits"]) < len(tables["fits"])
@@ -97,7 +98,7 @@ def test_functions_get_the_tables_and_cannot_change_the_run(functions):
         OwnMetric(name="own.nearest_m", function=f"{functions}:nearest", unit="m"),
         OwnMetric(name="own.none", function=f"{functions}:none"),
     ]
-    found = own_metrics.grade(metrics, result.tables, GradingConfig(), result.frames)
+    found = own_metrics.grade(metrics, result.tables, result.metrics, result.frames)
     truth = result.tables["truth"]
     assert found["own.nearest_m"].value == truth.loc[truth["graded"], "range_m"].min()
     assert found["own.nearest_m"].unit == "m"
@@ -128,7 +129,7 @@ def test_functions_get_the_tables_and_cannot_change_the_run(functions):
 def test_errors_of_functions_are_one_line(function, message, monkeypatch):
     monkeypatch.setattr(sys, "path", without_checkouts(sys.path))
     with pytest.raises(MetricError, match=message) as raised:
-        own_metrics.grade([OwnMetric(name="own.x", function=function)], short_run.result().tables, GradingConfig(), 10)
+        own_metrics.grade([OwnMetric(name="own.x", function=function)], short_run.result().tables, {}, 10)
     assert "\n" not in str(raised.value)
 
 

@@ -3,13 +3,14 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 import scipy
 from support.frames import Body, Scripted, follow, grade_run
 
-from luxloop.scenarios.grading.metric_names import METRICS
-from luxloop.scenarios.grading.metric_range import possible_range
-from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.figures import of_rows
+from luxloop.scenarios.grading.observations import Observations
+from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.report.cells import interval_of
 from luxloop.scenarios.statistics.cluster_median import cluster_median_interval
 from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW
@@ -29,6 +30,11 @@ def observations(vehicles, each, spread=1.0, seed=3):
     rng = np.random.default_rng(seed)
     vehicle = np.repeat(np.arange(vehicles), each)
     return vehicle, 5.0 + spread * rng.normal(size=vehicles)[vehicle] + 0.01 * rng.normal(size=len(vehicle))
+
+
+def figure(name, vehicle, **columns):
+    """A metric of rows of these vehicles."""
+    return of_rows(find_metric(name), Observations(pd.DataFrame({"actor_id": vehicle, **columns}), ""))
 
 
 def test_equal_vehicles_have_the_textbook_interval_of_a_mean():
@@ -106,18 +112,20 @@ def test_limits_that_say_nothing_are_no_interval():
     ],
 )
 def test_ranges_are_those_of_the_quantities(name, expected):
-    assert possible_range(name, METRICS[name]) == expected
+    assert find_metric(name).definition.range == expected
 
 
 def test_a_figure_of_vehicles_without_an_interval_says_why():
     """Two vehicles are too few; errors of 0 of many vehicles have no scale; a count never has an interval."""
-    two, sheet = np.repeat([0, 1], 5), MetricSheet()
-    sheet.mean("fit.heading_abs_mean_deg", np.arange(10.0), "", two)
-    sheet.std("fit.heading_std_deg", np.arange(10.0), "", two)
-    sheet.mean("fit.regret_deg", np.zeros(10), "", np.repeat(np.arange(5), 2))
-    sheet.mean("fit.iou_mean", np.arange(10.0), "")
-    assert [metric.why_no_interval for metric in sheet.metrics.values()] == [TOO_FEW, TOO_FEW, NO_ERROR, ""]
-    assert [interval_of(metric) for metric in sheet.metrics.values()] == [TOO_FEW, TOO_FEW, NO_ERROR, ""]
+    two, errors = np.repeat([0, 1], 5), np.arange(10.0)
+    metrics = [
+        figure("fit.heading_abs_mean_deg", two, best=True, heading_abs_deg=errors),
+        figure("fit.heading_std_deg", two, best=True, heading_deg=errors),
+        figure("fit.regret_deg", np.repeat(np.arange(5), 2), best=True, regret_deg=np.zeros(10)),
+        figure("segmentation.over_rate", np.repeat(np.arange(5), 2), segmented=True, is_split=errors > 2),
+    ]
+    assert [metric.why_no_interval for metric in metrics] == [TOO_FEW, TOO_FEW, NO_ERROR, ""]
+    assert [interval_of(metric) for metric in metrics] == [TOO_FEW, TOO_FEW, NO_ERROR, ""]
 
 
 def test_none_of_eight_vehicles_is_the_rule_of_three():
@@ -157,15 +165,13 @@ def test_median_of_vehicles_with_one_value_each_is_near_that_of_order_statistics
     assert cluster_median_interval(np.zeros(101, np.int64), values) is None
 
 
-def test_sheet_has_intervals_for_values_with_vehicles_only():
+def test_means_and_deviations_over_vehicles_have_intervals_and_rates_of_points_have_none():
     vehicle, values = observations(vehicles=6, each=5)
-    sheet = MetricSheet()
-    sheet.mean("fit.heading_mean_deg", values, "", vehicle)
-    sheet.std("fit.heading_std_deg", values, "", vehicle)
-    sheet.mean("fit.iou_mean", values, "")
-    sheet.rate("outliers.recall{cause=mirror}", 1, 2, "")
-    assert [m.interval is None for m in sheet.metrics.values()] == [False, False, True, True]
-    mean = sheet.metrics["fit.heading_mean_deg"]
+    mean = figure("fit.heading_mean_deg", vehicle, best=True, heading_deg=values)
+    deviation = figure("fit.heading_std_deg", vehicle, best=True, heading_deg=values)
+    rate = figure("outliers.recall{cause=mirror}", vehicle, mirror=True, removed=1.0, points=2.0)
+    assert [metric.interval is None for metric in (mean, deviation, rate)] == [False, False, True]
+    assert (rate.value, rate.n) == (0.5, 60)
     assert mean.value == pytest.approx(values.mean())
     assert mean.interval[0] < mean.value < mean.interval[1]
 

@@ -12,7 +12,7 @@ import pytest
 from support.emergence_by_hand import emergence
 
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.emergence_names import MEASURES, STAGES
+from luxloop.scenarios.metrics.definitions import MEASURES, STAGES
 from luxloop.scenarios.run import device, loop
 from luxloop.scenarios.study import staged
 
@@ -80,7 +80,7 @@ def test_emergence_equals_the_computation_by_hand(name):
     by_hand = emergence(run.tables)
     assert list(by_hand) == list(STAGES)
     for stage, values in by_hand.items():
-        metric = {name: run.metrics[f"emergence.target.{stage}_{name}"] for name in (*MEASURES, "reached")}
+        metric = {name: run.metrics[f"emergence.{name}{{stage={stage}}}"] for name in MEASURES}
         assert metric["reached"].value == float(values is not None), stage
         for measure, value in (values or {}).items():
             tolerance = {"meeting_m": 0.02, "meeting_s": 0.003, "ttc_s": 0.002}.get(measure, 1e-9)

@@ -18,13 +18,13 @@ import pytest
 from support.sweeps import stored
 
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.grading.metric_names import METRICS
+from luxloop.scenarios.metrics.definitions import is_metric
 from luxloop.scenarios.study import row_store
 from luxloop.scenarios.study.row_store import ROWS_AT_ONCE, RowStore, as_row, as_text, schema_of
 
 PARAMETERS = {"gap_m": [4.0, 8], "manoeuvre": ["brakes", "keeps speed"]}
 SHOWN = ("track.hota", "track.id_switches")
-SCHEMA = pa.schema([field for field in schema_of(PARAMETERS) if field.name not in METRICS or field.name in SHOWN])
+SCHEMA = pa.schema([field for field in schema_of(PARAMETERS) if not is_metric(field.name) or field.name in SHOWN])
 """Columns with two metrics, for speed."""
 FILES = [".lock", "runs.parquet", "runs.sqlite"]
 

@@ -14,8 +14,6 @@ from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.study_tables import survival_lines
 from luxloop.scenarios.study.survival_picture import survival_picture
 
-EMERGE = "emergence.target"
-
 
 def samples(time, reached, seed=None):
     return pd.DataFrame({"time": time, "reached": reached, "seed": np.arange(len(time)) if seed is None else seed})
@@ -112,15 +110,15 @@ def rows(reached=(1, 1, 0, 1, 1, 1), meeting=(9.0, 6.0, None, 3.0, 2.5, 2.0)):
         {
             "seed": [1, 2, 3] * 2,
             "ego_mps": [8.0] * 3 + [14.0] * 3,
-            f"{EMERGE}.confirmed_reached": np.array(reached, float),
-            f"{EMERGE}.confirmed_meeting_m": np.array(meeting, float),
-            f"{EMERGE}.end_meeting_m": np.array([None, None, 0.5, None, None, None], float),
+            "emergence.reached{stage=confirmed}": np.array(reached, float),
+            "emergence.meeting_m{stage=confirmed}": np.array(meeting, float),
+            "emergence.meeting_m{stage=end}": np.array([None, None, 0.5, None, None, None], float),
         }
     )
 
 
 def test_a_run_that_never_reaches_the_stage_is_in_the_samples():
-    found = survival.samples(rows(), f"{EMERGE}.confirmed_meeting_m", ["ego_mps"])
+    found = survival.samples(rows(), "emergence.meeting_m{stage=confirmed}", ["ego_mps"])
     assert found["time"].tolist() == [-9.0, -6.0, -0.5, -3.0, -2.5, -2.0]
     assert found["reached"].tolist() == [True, True, False, True, True, True]
 
@@ -149,8 +147,11 @@ def test_the_figure_is_drawn_also_if_hardly_any_run_has_a_value(study, table, tm
     [
         ('metric = "emergence.range_m{stage=confirmed}"', "has no survival curve; name one like"),
         ('metric = "track.hota"', "has no survival curve"),
-        (f'metric = "{EMERGE}.located_s"\nagainst = "ego_mps"', "leave it out, the axis of a survival curve is its"),
-        (f'metric = "{EMERGE}.located_s"\nkind = "curve"', "a curve needs against"),
+        (
+            'metric = "emergence.time_s{stage=located}"\nagainst = "ego_mps"',
+            "leave it out, the axis of a survival curve is its",
+        ),
+        ('metric = "emergence.time_s{stage=located}"\nkind = "curve"', "a curve needs against"),
     ],
 )
 def test_invalid_curves_are_one_line(change, message, tmp_path):

@@ -266,7 +266,7 @@ def test_enabled_baselines_are_graded_and_do_not_change_tracks():
     on = short_run.run(f"{short_run.TEXT}\n[tracker.baselines]\nenabled = true\n")
     off = short_run.result()
     for name in BASELINES:
-        metric = f"fit.{name}.heading_abs_mean_deg"
+        metric = f"fit.heading_abs_mean_deg{{method={name}}}"
         assert on.metrics[metric].n == on.metrics["fit.heading_abs_mean_deg"].n > 10
         assert off.metrics[metric].value is None
         assert "[tracker.baselines]" in off.metrics[metric].reason
