@@ -424,6 +424,10 @@ def _motion() -> Iterator[MetricDefinition]:
         "standing_heading_abs_mean_deg", "deg", "mean absolute heading error modulo 180, standing vehicles",
         "axis_abs_deg", "standing", range=(0.0, 0.5 * TRACK_HEADING_DEG),
     )  # fmt: skip
+    yield figure(
+        "standing_flip_rate", "1", "headings more than 90 degrees off, standing vehicles", "flipped", "standing",
+        range=SHARE,
+    )  # fmt: skip
     yield figure("velocity_abs_mean_mps", "m/s", "mean norm of the velocity error", "velocity_error_mps")
     yield figure("moving_velocity_abs_mean_mps", "m/s", "the same of moving vehicles", "velocity_error_mps", "moving")
     yield figure("standing_speed_mean_mps", "m/s", "mean speed of tracks on standing vehicles", "speed_mps", "standing")
@@ -528,6 +532,10 @@ def _vulnerable(group: str) -> Iterator[MetricDefinition]:
     )
     yield figure("called_vehicle_share", "1", "followed by a track of a vehicle, over all of them", range=SHARE)
     yield figure("position_abs_mean_m", "m", "mean distance of the centres of hits")
+    yield figure(
+        "standing_flip_rate", "1", "headings more than 90 degrees off, standing vehicles", "flipped", "standing",
+        range=SHARE,
+    )  # fmt: skip
     yield figure("velocity_abs_mean_mps", "m/s", "mean norm of the velocity error of hits")
     yield figure("speed_abs_mean_mps", "m/s", "mean absolute error of the speed of hits")
     yield figure("time_to_confirm_s", "s", "time from the first graded frame to the first hit, median")
