@@ -8,12 +8,16 @@ import sys
 from pathlib import Path
 
 import pytest
+from support.optional import need
+
+need("docs", "yaml")
+
+import yaml
 from support.paths import EXAMPLES
 
 from luxloop.scenarios.files.scenario import Scenario
 
 REPOSITORY = EXAMPLES / "ci"
-yaml = pytest.importorskip("yaml", reason="PyYAML comes with the documentation's packages")
 
 
 @pytest.fixture(scope="module")

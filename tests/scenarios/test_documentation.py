@@ -10,8 +10,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from support.optional import need
 
-pytest.importorskip("optuna", reason="the extra luxloop[search] is not installed")
+need("search")
 
 import tomli_w
 import typer

@@ -11,6 +11,7 @@ from support import crossing_ids, short_run
 from support.breaking_traffic import break_at
 from support.dask_cluster import worker_thread
 from support.defective_drive import DefectiveDrive
+from support.optional import need
 from support.sweeps import rows, small_study, sweep
 
 from luxloop.scenarios.cli import main
@@ -125,6 +126,7 @@ def test_worker_processes_of_a_sweep_print_the_traceback(tmp_path):
 
 @pytest.mark.usefixtures("_defect")
 def test_a_search_ends_with_70_if_the_undisturbed_run_does(tmp_path, capfd):
+    need("search")
     study = crossing_ids.write(tmp_path)
     command = ["search", str(study), "--tracker", crossing_ids.SPEC, "--out", "out", "--workers", "1"]
     assert main(command) == 70
@@ -140,6 +142,7 @@ def test_a_league_ends_with_70_also_by_its_worker_processes(
     kind, duration, workers, place, error, tmp_path, monkeypatch, capfd
 ):
     """The command fails by a duration that is text, which no option gives."""
+    need("league")
     ring = str(shipped.find("ring"))
     broken = [kind(ring, seed, duration, ("shipped",), tmp_path / "league") for seed in range(2)]
     monkeypatch.setattr(drive, "drives", lambda *_: broken)

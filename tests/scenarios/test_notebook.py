@@ -1,5 +1,9 @@
 """The notebook of the Python interface, executed by a kernel of Jupyter."""
 
+from support.optional import need
+
+need("dev", "nbformat", "nbclient")
+
 import nbformat
 from nbclient import NotebookClient
 from support.paths import ROOT

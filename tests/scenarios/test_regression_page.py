@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from support.optional import need
 from support.paths import ROOT
 
 from luxloop.scenarios.cli import app
@@ -60,7 +61,9 @@ def test_the_workflow_on_the_page_is_that_of_the_example_repository():
 
 
 def test_the_workflow_of_luxloop_runs_the_targets_of_the_ci_script_under_every_python():
-    yaml = pytest.importorskip("yaml", reason="PyYAML comes with the documentation's packages")
+    need("docs", "yaml")
+    import yaml
+
     (job,) = yaml.safe_load(WORKFLOW.read_text(encoding="utf-8"))["jobs"].values()
     assert [step["run"] for step in job["steps"] if "run" in step] == ["make ${{ matrix.target }} PYTHON=python"]
     assert os.access(ROOT / ".ci" / "run", os.X_OK)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_echoes
 from support.naive_caster import perturbed
+from support.optional import need
 from support.sensor_scenes import NO_OBSTACLES, STILL, ActorSpec, one_unit_rig, placed_scene, small_unit, wall, world
 from support.solid_mesh import corners, embree_ranges, placed
 
@@ -421,6 +422,7 @@ def random_actor(rng, distance):
 
 def meshes_of(bodies, walls):
     """Return hulls of all outer solids, sheets for the walls, and a plate for the ground."""
+    need("dev", "trimesh", "embreex")
     import trimesh
 
     meshes = [trimesh.creation.box(bounds=[[-400, -400, -1], [400, 400, 0]])]

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.naive_terrain import first_range, triangles_of
+from support.optional import need
 from support.sensor_scenes import (
     CENTRE_RAY,
     FOOTPRINT,
@@ -126,6 +127,7 @@ def test_rays_along_grid_lines_and_diagonals_hit():
 
 def test_embree_agrees_on_a_mesh_of_the_terrain():
     """Embree works in single precision, which resolves 100 m to 1e-5 m, and less at grazing angles."""
+    need("dev", "trimesh", "embreex")
     import trimesh
 
     rng = np.random.default_rng(3)

@@ -7,6 +7,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.optional import need
 from support.sensor_scenes import EXACT, PLAIN, ActorSpec, one_unit_rig, placed_scene, scan, small_unit, world
 from support.solid_mesh import body_mesh, corners, embree_ranges, pieces, placed
 
@@ -158,6 +159,7 @@ def test_straight_bodies_are_unaffected_by_articulation():
 @pytest.mark.parametrize("angle", [-1.2, -0.4, 0.1, 0.8, 1.5])
 def test_embree_agrees_on_articulated_trucks(angle):
     """The meshes are straight trucks whose tractors trimesh rotates, independent of the caster."""
+    need("dev", "trimesh", "embreex")
     import trimesh
 
     elevation_deg = tuple(np.linspace(-8.0, 6.0, 24).tolist())

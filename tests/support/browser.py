@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.optional import need
 
 OFFLINE = [
     "--no-first-run",
@@ -24,11 +25,13 @@ CUT = """all => all.filter(one => one.scrollWidth > one.clientWidth + 1).map(one
 @contextmanager
 def started() -> Iterator[Any]:
     """Start a browser; skip the test without one."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright opens the browser; it is not installed")
+    need("dev", "playwright")
+    from playwright import sync_api
+
     found = [path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))]
     if not found:
         pytest.skip("no chromium, chromium-browser or google-chrome on PATH to open the page in")
-    with playwright.sync_playwright() as program:
+    with sync_api.sync_playwright() as program:
         chromium = program.chromium.launch(executable_path=found[0], args=OFFLINE)
         yield chromium
         chromium.close()

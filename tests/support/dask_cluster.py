@@ -9,16 +9,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import pytest
-
-pytest.importorskip("distributed", reason="the extra luxloop[sweeps] is not installed")
-
-import dask.config
-from distributed import LocalCluster
+from support.optional import need
 from support.processes import until
 from support.sweeps import end
-
-from luxloop.scenarios.study.dask_runs import DASK_CONFIG
 
 
 @contextmanager
@@ -38,6 +31,7 @@ def dask_command(*arguments: str) -> Iterator[subprocess.Popen[str]]:
 @contextmanager
 def cluster(folder: Path, workers: int) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """Start a scheduler and workers on loopback; yield its address and its process."""
+    need("sweeps")
     file = folder / "scheduler.json"
     with ExitStack() as stack:
         scheduler = stack.enter_context(
@@ -59,6 +53,12 @@ def worker_thread() -> Iterator[str]:
 
     For sweeps by `scenarios.cli.main` whose tests are not about processes: a worker process takes five seconds to load.
     """
+    need("sweeps")
+    import dask.config
+    from distributed import LocalCluster
+
+    from luxloop.scenarios.study.dask_runs import DASK_CONFIG
+
     with (
         dask.config.set(DASK_CONFIG),
         LocalCluster(

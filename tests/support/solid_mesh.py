@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
+from support.optional import need
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ def corners(planes):
 
 def body_mesh(solids):
     """Return one mesh of solids with planes (K, 4), in the frame of the body."""
+    need("dev", "trimesh")
     import trimesh
 
     return trimesh.util.concatenate([trimesh.convex.convex_hull(corners(solid.planes)) for solid in solids])

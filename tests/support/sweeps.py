@@ -10,6 +10,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 import pandas as pd
+from support.optional import need
 from support.short_run import write
 
 from luxloop.scenarios.run import device
@@ -49,6 +50,7 @@ def sequential_hashes(study: Path) -> list[str]:
 
 def start(study: Path, *options: str) -> subprocess.Popen[str]:
     """Start `luxloop sweep` in a new process group, as a terminal does."""
+    need("sweeps")
     command = [sys.executable, "-m", "luxloop", "sweep", study.name, "--out", "out", *options]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
     return subprocess.Popen(

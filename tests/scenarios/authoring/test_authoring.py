@@ -7,6 +7,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from support.optional import need
 from support.paths import CATALOG, NETS
 
 from luxloop.scenarios.authoring.draft_sources import TypeGuesses
@@ -151,7 +152,7 @@ def commonroad_file(path):
 
 
 def test_commonroad(written, tmp_path, capfd):
-    pytest.importorskip("commonroad", reason="the extra commonroad is not installed")
+    need("commonroad")
     commonroad_file(tmp_path / "road.xml")
     scenario, _ = written(tmp_path / "road.xml", duration="3")
     assert (scenario.traffic.kind, scenario.traffic.ego) == ("replay", "1")

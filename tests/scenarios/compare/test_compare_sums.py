@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from support import recorded
+from support.optional import need
 
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
 from luxloop.scenarios.compare.truth_sums import TRUTH
@@ -73,6 +74,7 @@ def test_unflipped_headings_are_those_with_errors_of_at_most_90_degrees():
 
 
 def test_runs_are_pooled_as_trackeval_combines_sequences():
+    need("dev", "trackeval")
     from trackeval.metrics import CLEAR, HOTA, Identity
 
     sequences = [

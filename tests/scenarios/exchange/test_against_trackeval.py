@@ -5,6 +5,10 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+from support.optional import need
+
+need("dev", "trackeval")
+
 from shapely import affinity
 from shapely.geometry import box as rectangle
 from support import box_files

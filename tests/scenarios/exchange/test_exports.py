@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from support import short_run
+from support.optional import need
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.exchange.kitti import kitti_labels
@@ -55,8 +56,14 @@ def run(tmp_path_factory):
     assert main(["run", str(path), "--out", str(folder / "run"), "--no-recording", "--record-scans"]) == 0
     for name in ("kitti", "nuscenes"):
         assert main(["export", str(folder / "run"), "--format", name, "--out", str(folder / name)]) == 0
-    assert main(["mcap", str(folder / "run"), str(folder / "run.mcap")]) == 0
     return folder
+
+
+@pytest.fixture(scope="module")
+def mcap(run):
+    need("mcap")
+    assert main(["mcap", str(run / "run"), str(run / "run.mcap")]) == 0
+    return run / "run.mcap"
 
 
 @pytest.fixture(scope="module")
@@ -224,7 +231,7 @@ def metrics(capsys, *words):
     return {name: found["value"] for name, found in json.loads(capsys.readouterr().out)["metrics"].items()}
 
 
-def test_all_exports_of_a_run_have_the_same_grades(run, capsys):
+def test_all_exports_of_a_run_have_the_same_grades(run, mcap, capsys):
     """Within the digits of KITTI's text; without velocities, which not all formats have."""
     tables = run / "run" / "tables"
     labels = run / "run" / "scans" / "labels.parquet"
@@ -235,7 +242,7 @@ def test_all_exports_of_a_run_have_the_same_grades(run, capsys):
             capsys, "--truth", run / "kitti/training/label_02/0000.txt", "--tracks", run / "kitti/results/0000.txt"
         ),
         metrics(capsys, "--truth", run / "kitti", "--tracks", run / "kitti"),
-        metrics(capsys, "--truth", run / "run.mcap", "--tracks", run / "run.mcap"),
+        metrics(capsys, "--truth", mcap, "--tracks", mcap),
     ]
     for name in (
         "hota",
@@ -253,20 +260,20 @@ def test_all_exports_of_a_run_have_the_same_grades(run, capsys):
     assert graded[1]["track.velocity_abs_mean_mps"] is not None
 
 
-def test_exports_with_numbers_of_points_have_the_same_grades_of_seen_actors(run, capsys):
+def test_exports_with_numbers_of_points_have_the_same_grades_of_seen_actors(run, mcap, capsys):
     """The limit is the median of the points, so it leaves out about half of the boxes."""
     labels = run / "run" / "scans" / "labels.parquet"
     seen = ("--points-min", int(pd.read_parquet(labels)["points"].median()) + 1)
     pairs = [
         (labels, run / "run" / "tables" / "tracks.parquet"),
         (run / "nuscenes", run / "nuscenes" / "tracking_result.json"),
-        (run / "run.mcap", run / "run.mcap"),
+        (mcap, mcap),
     ]
     graded = [metrics(capsys, "--truth", truth, "--tracks", tracks, *seen) for truth, tracks in pairs]
     for name in ("hota", "missed", "false"):
         values = [found[f"track.{name}"] for found in graded]
         assert values == pytest.approx([values[0]] * 3, abs=1e-6), name
-    every = metrics(capsys, "--truth", run / "run.mcap", "--tracks", run / "run.mcap")
+    every = metrics(capsys, "--truth", mcap, "--tracks", mcap)
     assert graded[0]["track.hota"] != every["track.hota"]
 
 

@@ -4,8 +4,9 @@ import re
 import shlex
 
 import pytest
+from support.optional import need
 
-pytest.importorskip("betterosi", reason="the extra luxloop[osi] is not installed")
+need("osi")
 
 from mcap.reader import make_reader
 from support.paths import ROOT

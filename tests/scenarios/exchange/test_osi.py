@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from support.optional import need
 
-pytest.importorskip("betterosi", reason="the extra osi of luxloop is not installed")
+need("osi")
 
 from support import exported_run, separate_packages, short_run
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.frames import Body, Scripted, follow, grade_run
+from support.optional import need
 from support.sequences import random_sequence
 
 from luxloop.scenarios.grading.id_switches import clear_hits, id_switches
@@ -57,6 +58,7 @@ def test_without_vehicles_the_metric_has_a_reason():
 @settings(max_examples=60)
 def test_number_of_switches_equals_trackevals(seed, vehicles, tracks):
     """Random overlaps with vehicles and tracks that come and go."""
+    need("dev", "trackeval")
     from trackeval.metrics import CLEAR
 
     data = random_sequence(seed, vehicles, tracks)

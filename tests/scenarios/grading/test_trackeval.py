@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from support import naive_grading as naive
+from support.optional import need
 from support.paths import EXAMPLES
 from support.scripts import load_script
 
@@ -73,6 +74,7 @@ def write(path, rows, ids, boxes):
 
 def evaluate(folder, frames, dataset=None):
     """Evaluate the files with trackeval's evaluator, by default as its MOT challenge format."""
+    need("dev", "trackeval")
     from trackeval import Evaluator
     from trackeval.datasets import MotChallenge2DBox
     from trackeval.metrics import CLEAR, HOTA, Identity
@@ -97,6 +99,7 @@ def evaluate(folder, frames, dataset=None):
 @pytest.mark.parametrize("tracker", ["shipped", "poor"])
 def test_metrics_of_a_run_equal_trackevals(tracker, results, tmp_path):
     """Rotated boxes, for which trackeval has no overlap; it gets an independent one by polygon clipping."""
+    need("dev", "trackeval")
     from trackeval.datasets import MotChallenge2DBox
 
     result = results[tracker]

@@ -2,6 +2,10 @@
 
 import numpy as np
 import pytest
+from support.optional import need
+
+need("dev", "trackeval")
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.sequences import random_sequence

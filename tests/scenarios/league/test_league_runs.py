@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from support.optional import need
 
-pytest.importorskip("stonesoup", reason="the extra luxloop[league] is not installed")
-pytest.importorskip("norfair", reason="the extra luxloop[league] is not installed")
+need("league")
 
 from support import league_scenes
 

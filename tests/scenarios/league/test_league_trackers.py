@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.optional import need
 
-pytest.importorskip("stonesoup", reason="the extra luxloop[league] is not installed")
-pytest.importorskip("norfair", reason="the extra luxloop[league] is not installed")
+need("league")
 
 from support.scripted_boxes import DT_S, ScriptedDetector, scans
 

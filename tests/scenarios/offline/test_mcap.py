@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.optional import need
 
-pytest.importorskip("mcap_ros2", reason="the extra luxloop[mcap] is not installed")
+need("mcap")
 
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from support.optional import need
 
-pytest.importorskip("rosbags", reason="the extra luxloop[recordings] is not installed")
-pytest.importorskip("mcap_ros2", reason="the extra luxloop[mcap] is not installed")
+need("recordings")
 
 from rosbags.highlevel import AnyReader
 from support import exported_run

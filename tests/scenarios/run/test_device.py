@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from support import short_run
+from support.optional import need_for
 from support.paths import without_checkouts
 
 from luxloop import former_names
@@ -179,6 +180,7 @@ def python(*arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.usefixtures("hostile")
 @pytest.mark.parametrize("command", COMMANDS)
 def test_luxloops_packages_win_over_folders_of_the_same_name(command):
+    need_for(command)
     option = {"check": (), "pytest": ("--luxloop-tracker",), "xdist": ("--luxloop-tracker",)}.get(
         command, ("--tracker",)
     )

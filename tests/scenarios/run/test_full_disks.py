@@ -8,6 +8,7 @@ import pytest
 from support import bad_input_files as valid
 from support import bad_traffic_files, warm_process
 from support.bad_input import write
+from support.optional import need_for
 from support.processes import files_of
 from support.small_disk import small_disk
 
@@ -33,6 +34,7 @@ FAST = ("run", "baseline", "import")
 @pytest.mark.parametrize("kilobytes", SIZES_KB)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FAST else pytest.mark.soak) for n in COMMANDS])
 def test_a_full_disk_is_one_line(name, kilobytes, tmp_path):
+    need_for(name)
     write(valid.all_files() | valid.recording() | bad_traffic_files.small_study(), tmp_path)
     with small_disk(tmp_path / "disk", kilobytes) as disk:
         (disk / "earlier.txt").write_text("earlier")

@@ -18,6 +18,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from support import league_scenes, short_run, warm_process
+from support.optional import need_for
 from support.processes import children_of, files_of, heed_hangups, is_dead, until
 from support.sweeps import stored
 
@@ -90,6 +91,7 @@ def folder(tmp_path: Path) -> Path:
     ],
 )
 def test_nothing_is_lost_or_half_written(name, kills, folder):
+    need_for(name)
     rng = random.Random(f"{name} {kills}")
     whole_s = lasts(name)
     complete: dict[str, object] = {}

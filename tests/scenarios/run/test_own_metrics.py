@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from support import short_run
 from support.frames import Body, Scripted, follow, grade_run
+from support.optional import need
 from support.paths import without_checkouts
 
 from luxloop.scenarios.cli import main
@@ -250,6 +251,7 @@ def test_a_study_adds_them_to_every_run_and_to_its_inputs(tmp_path):
 
 @pytest.mark.usefixtures("functions")
 def test_the_report_of_a_sweep_shows_them(tmp_path):
+    need("sweeps")
     write_study(tmp_path)
     assert main(["sweep", "study.toml", "--workers", "1", "--out", "out"]) == 0
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

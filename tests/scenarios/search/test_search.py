@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from support.optional import need
 
-pytest.importorskip("optuna", reason="the extra luxloop[search] is not installed")
+need("search")
 
 from support import crossing_ids
 from support.stub_trackers import Perfect

@@ -5,8 +5,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from support.optional import need
 
-pytest.importorskip("optuna", reason="the extra luxloop[search] is not installed")
+need("search")
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -3,6 +3,10 @@
 import json
 
 import pytest
+from support.optional import need
+
+need("sweeps")
+
 from support import short_memory
 from support.sweeps import stored
 

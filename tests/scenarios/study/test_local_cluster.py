@@ -6,8 +6,9 @@ import time
 from pathlib import Path
 
 import pytest
+from support.optional import need
 
-pytest.importorskip("distributed", reason="the extra luxloop[sweeps] is not installed")
+need("sweeps")
 
 from support.processes import children_of, until
 from support.sweeps import small_study

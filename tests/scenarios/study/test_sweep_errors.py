@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from support.dask_cluster import worker_thread
+from support.optional import need
 from support.sweeps import rows, small_study, sweep
 
 from luxloop.scenarios.cli import main
@@ -39,6 +40,8 @@ vary = [{ key = "tracker.segmentation.points_min", values = [%s] }]
 def luxloop(tmp_path, monkeypatch, capfd):
     """Return a function that runs `luxloop sweep` in this process; it returns exit code, output and errors."""
     monkeypatch.chdir(tmp_path)
+
+    need("sweeps")
 
     def run(study: Path, *options: str) -> tuple[int, str, str]:
         code = main(["sweep", study.name, "--out", "out", *options])

@@ -12,6 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.optional import need
+
+need("sweeps")
+
 from support.dask_cluster import cluster, worker_thread
 from support.processes import children_of
 from support.sweeps import (

@@ -6,6 +6,10 @@ import socket
 from pathlib import Path
 
 import pytest
+from support.optional import need
+
+need("sweeps")
+
 from support.dask_cluster import cluster
 from support.sweeps import end, rows, sequential_hashes, small_study, start, sweep, wait_for_rows
 

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from support.optional import need
+
 CLUSTER = """
 from multiprocessing import resource_tracker
 from pathlib import Path
@@ -21,6 +23,7 @@ if __name__ == "__main__":
 
 def test_workers_and_resource_tracker_outlive_the_signals_of_a_terminal(tmp_path: Path):
     """A tracker that dies of SIGHUP is started again, and prints a traceback for each lock that it does not know."""
+    need("sweeps")
     (tmp_path / "starts.py").write_text(CLUSTER)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     done = subprocess.run(

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.optional import need
 from support.traffic import frames
 
 from luxloop.sim.commonroad.commonroad_recording import read_traffic
@@ -13,7 +14,7 @@ from luxloop.sim.replay.replay_source import ReplaySource
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Kind
 
-pytest.importorskip("commonroad", reason="the extra commonroad is not installed")
+need("commonroad")
 
 HEAD = """<?xml version="1.0" ?>
 <commonRoad timeStepSize="0.1" commonRoadVersion="2020a" author="" affiliation="" source="" benchmarkID="DEU_A-1_1_T-1"
