@@ -38,19 +38,19 @@ class OracleConfirmation(DefaultTrackManagement):
         """Update the status of every track; the truth confirms those that were seen."""
         super().settle(tracks)
         if self._active:
-            self._confirm(tracks, np.flatnonzero(tracks.seen), self._context.track_actor(tracks)[tracks.seen])
+            self._confirm(tracks, np.flatnonzero(tracks.updated), self._context.track_actor(tracks)[tracks.updated])
 
     def start(
         self,
         tracks: TrackTable,
         newcomers: Bools,
-        seen: Observations,
+        observations: Observations,
         track_id: Ints,
         flow: TrafficFlow,
         selection: ModelSelection,
     ) -> TrackTable:
         """Start a track for each box of the mask `newcomers` (B,), see `DefaultTrackManagement.start`."""
-        joined = super().start(tracks, newcomers, seen, track_id, flow, selection)
+        joined = super().start(tracks, newcomers, observations, track_id, flow, selection)
         if self._active:
             self._confirm(joined, np.arange(len(tracks), len(joined)), self._context.box_actor[newcomers])
         return joined

@@ -7,10 +7,8 @@ from luxloop.scenarios.oracle import oracle_outliers, oracle_segmentation
 from luxloop.scenarios.oracle.oracle_context import OracleContext
 from luxloop.scenarios.oracle.oracle_truth import Truth
 from luxloop.scenarios.oracle.stage import Stage
-from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import Detector, DetectorConfig
-from luxloop.tracker.merging import Pieces
-from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, OrientedBoxes, SegmentedPoints, Segments
 from luxloop.tracker.scan import Scan
 
 
@@ -27,13 +25,13 @@ class OracleDetector(Detector):
         """Ground truth of the current scan."""
         return self._context.truth
 
-    def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
+    def step(self, scan: Scan, movers: OrientedBoxes | None = None, long: OrientedBoxes | None = None) -> Detection:
         """Detect the vehicles in a scan and record the owners of their boxes."""
         found = super().step(scan, movers, long)
         self._context.add_detection(scan.ego_pose_odom, found)
         return found
 
-    def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
+    def segment(self, scan: Scan, keep: Bools, long: OrientedBoxes | None) -> Segments:
         """Group points, those on actors by the ground truth."""
         if Stage.SEGMENTATION not in self._stages:
             return super().segment(scan, keep, long)

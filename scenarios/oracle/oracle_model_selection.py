@@ -54,10 +54,10 @@ class ActorRecorder:
         self._context = context
 
     def manage(
-        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        managed = self._management.manage(tracks, seen, track_id, forward, selection)
+        managed = self._management.manage(tracks, observations, track_id, forward, selection)
         self._context.add_tracks(track_id)
         if isinstance(selection, OracleModelSelection):
             selection.select(managed)
