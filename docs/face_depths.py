@@ -18,7 +18,6 @@ from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.records import Boxes, Segments
-from luxloop.tracker.tracker import movers
 
 EDGES_M = (0.0, 0.02, 0.04, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.3, 1.6, 2.2, 3.0)
 """Edges of the bins [m]."""
@@ -55,7 +54,7 @@ def depths(run: RecordedRun) -> pd.DataFrame:
     detector = Detector(run.scenario.tracker)
     rows = []
     for number, (_, scan, scan_truth) in enumerate(run.scans()):
-        found = detector.step(scan, movers([]))
+        found = detector.step(scan)
         if number % EVERY == 0:
             rows += [(number, *row) for row in owned(found.segments, found.boxes, scan_truth)]
     table = pd.DataFrame(rows, columns=["frame", "actor_id", "depth_m"])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.tracker.arrays import Bools, Floats
+from luxloop.tracker.arrays import Floats
 
 QUARTER = np.pi / 2
 
@@ -26,13 +26,6 @@ def rotate_one(vector: npt.NDArray[np.generic], angle: float) -> Floats:
     x, y = vector.tolist()
     cos, sin = math.cos(angle), math.sin(angle)
     return np.array([cos * x - sin * y, sin * x + cos * y])
-
-
-def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> Bools:
-    """(P, B) mask of points (P, 2) inside boxes with centre (B, 2), heading (B,) and size (B, 2)."""
-    from luxloop.tracker.kernels import boxes  # numba takes half a second to import, and records import this module
-
-    return np.asarray(boxes.inside(np.ascontiguousarray(points, np.float64), center, heading, size))
 
 
 def wrap(angle: float) -> float:

@@ -8,8 +8,8 @@ import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.geometry import inside
-from luxloop.tracker.records import NOT_USED, Segments
+from luxloop.tracker.kernels import inside
+from luxloop.tracker.records import NOT_USED, OrientedBoxes, Segments
 from luxloop.tracker.vehicle_classes import LONGEST_M, WIDEST_M
 
 
@@ -95,35 +95,19 @@ class MergeConfig:
     places of the units."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pieces:
-    """Visible parts of T tracks, in the odometry frame."""
-
-    center: Floats
-    """(T, 2) [m]."""
-    heading: Floats
-    """(T,)."""
-    size: Floats
-    """(T, 2) seen length and width [m]."""
-    velocity: Floats
-    """(T, 2) [m/s]."""
-    hits: Ints
-    """(T,) observations."""
-
-
-def hull(pieces: Pieces, a: int, b: int) -> tuple[Floats, Floats]:
+def hull(pieces: OrientedBoxes, a: int, b: int) -> tuple[Floats, Floats]:
     """Return the low and high corner (2,) of the box around two pieces, in the frame of the first [m]."""
     low_x, low_y, high_x, high_y = hull_bounds(pieces.center, pieces.heading, pieces.size, a, b)
     return np.array([low_x, low_y]), np.array([high_x, high_y])
 
 
-def gap(pieces: Pieces, a: int, b: int) -> float:
+def gap(pieces: OrientedBoxes, a: int, b: int) -> float:
     """Return the gap between two pieces along the heading of the first [m]."""
     low_x, _, high_x, _ = hull_bounds(pieces.center, pieces.heading, pieces.size, a, b)
     return float(high_x - low_x - pieces.size[a, 0] - pieces.size[b, 0])
 
 
-def may_be_one(pieces: Pieces) -> list[tuple[int, int]]:
+def may_be_one(pieces: OrientedBoxes) -> list[tuple[int, int]]:
     """Return the pairs of pieces that together have the shape of one vehicle."""
     known = np.flatnonzero(pieces.hits >= HITS_MIN)
     places = pieces.center[known], pieces.heading[known], pieces.size[known]
@@ -131,7 +115,7 @@ def may_be_one(pieces: Pieces) -> list[tuple[int, int]]:
     return [(a, b) for a, b in known[found].tolist()]
 
 
-def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
+def one_vehicle(pieces: OrientedBoxes, a: int, b: int, config: MergeConfig) -> bool:
     """Return True if a pair of `may_be_one` is equally fast and has a gap below any headway."""
     speed = float(np.hypot(*pieces.velocity[[a, b]].T).min())
     if speed < SPEED_MIN_MPS:
@@ -140,15 +124,15 @@ def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
     return bool(same) and gap(pieces, a, b) <= min(HEADWAY_MAX_S * speed, config.gap_max_m)
 
 
-def fits(pieces: Pieces, a: int, b: int) -> bool:
+def fits(pieces: OrientedBoxes, a: int, b: int) -> bool:
     """Return True if the box around two pieces has the size of a vehicle."""
     place = pieces.center, pieces.heading, pieces.size
     return bool(hull_fits(*place, a, b, LONGEST_M, WIDEST_M))
 
 
-def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces) -> Segments:
+def merge_segments(points_odom: Floats, segments: Segments, pieces: OrientedBoxes) -> Segments:
     """Merge the segments of points (N, 2) [m] that lie in the box of the same vehicle."""
-    if not len(pieces.hits):
+    if not len(pieces):
         return segments
     used = np.flatnonzero(segments.label >= 0)
     label = segments.label[used]
@@ -196,7 +180,7 @@ class RigidPairs:
     def __init__(self) -> None:
         self._history: dict[tuple[int, int], PairHistory] = {}
 
-    def observe(self, ids: Sequence[int], pieces: Pieces) -> None:
+    def observe(self, ids: Sequence[int], pieces: OrientedBoxes) -> None:
         """Add one frame of the tracks `ids`, in the order of `pieces`; forget pairs that are not seen together."""
         history: dict[tuple[int, int], PairHistory] = {}
         speed = [math.hypot(x, y) for x, y in pieces.velocity.tolist()]

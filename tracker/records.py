@@ -206,6 +206,25 @@ class SmallBoxes:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class OrientedBoxes:
+    """Boxes of T tracked vehicles, or of the visible parts of them, in the odometry frame."""
+
+    center: Floats
+    """(T, 2) [m]."""
+    heading: Floats
+    """(T,)."""
+    size: Floats
+    """(T, 2) length, width [m]."""
+    velocity: Floats
+    """(T, 2) [m/s]."""
+    hits: Ints
+    """(T,) observations."""
+
+    def __len__(self) -> int:
+        return len(self.heading)
+
+
 STATE_COLUMNS: dict[str, slice | int] = {
     "center": slice(0, 2), "velocity": slice(2, 4), "acceleration": slice(4, 6), "heading": 6, "yaw_rate": 7,
 }  # fmt: skip

@@ -137,7 +137,7 @@ _NAMES = {
         "tracker.hypotheses.whole_share": "COMPLETE_FRACTION",
     },
     "tracker/tracking/births.py": {
-        "tracker.association.birth.sideways_share": "SIDEWAYS_SHARE",
+        "tracker.association.birth.sideways_share": "SIDEWAYS_FRACTION",
         "tracker.association.birth.sideways_m": "SIDEWAYS_M",
         "tracker.association.birth.turn_sigma": "TURN_SIGMA",
         "tracker.association.birth.heading_std_rad": "HEADING_STD_RAD",
@@ -167,7 +167,7 @@ _NAMES = {
         "tracker.filters.heading_drift_density_rad2ps": "HEADING_DRIFT_DENSITY_RAD2PS",
         "tracker.filters.course_time_s": "COURSE_TIME_S",
         "tracker.filters.slip_std_rad": "SLIP_STD_RAD",
-        "tracker.filters.heading_outlier_share": "HEADING_OUTLIER_SHARE",
+        "tracker.filters.heading_outlier_share": "HEADING_OUTLIER_FRACTION",
         "tracker.filters.heading_restart_s": "HEADING_RESTART_S",
         "tracker.confirmation.heading_gate_sigma": "HEADING_GATE_SIGMA",
         "tracker.confirmation.heading_rejections_max": "HEADING_REJECTIONS_MAX",

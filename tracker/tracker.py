@@ -7,10 +7,9 @@ import numpy as np
 
 from luxloop.tracker.arrays import Ints
 from luxloop.tracker.detection.boxes import small_boxes
-from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
-from luxloop.tracker.merging import MergeConfig, Pieces
-from luxloop.tracker.records import NO_TRACK, Detection, StepTrace, Tracks
+from luxloop.tracker.merging import MergeConfig
+from luxloop.tracker.records import NO_TRACK, Detection, OrientedBoxes, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracking.association import AssociationConfig, Associator, HungarianAssociator
 from luxloop.tracker.tracking.confirmation import ConfirmationConfig
@@ -116,18 +115,18 @@ class Tracker:
         tracks = self._tracks.subset(self._tracks.alive)
         predict(tracks, motion(dt, config.filters), self._selection, self._settings)
         living = tracks.subset(tracks.alive)
-        found = self._detector.step(scan, movers(living), long_vehicles(living))
-        seen = observe(found.boxes, scan.ego_pose_odom, config.filters)
+        detection = self._detector.step(scan, living.boxes(living.size), long_vehicles(living))
+        observations = observe(detection.boxes, scan.ego_pose_odom, config.filters)
         predictions = Predictions.of(tracks)
-        hypotheses = hypothesise(predictions, seen, config.hypotheses)
-        pairs = self._associator.associate(tracks, predictions, hypotheses, seen)
-        correct(tracks, assigned(hypotheses, seen, pairs), self._selection, self._settings, dt)
+        hypotheses = hypothesise(predictions, observations, config.hypotheses)
+        pairs = self._associator.associate(tracks, predictions, hypotheses, observations)
+        correct(tracks, assigned(hypotheses, observations, pairs), self._selection, self._settings, dt)
         terminate_lost(tracks, scan, config.existence)
-        track_id = box_ids(tracks, pairs, len(seen))
+        track_id = box_ids(tracks, pairs, len(observations))
         forward = float(scan.ego_pose_odom[2])
-        self._tracks = self._management.manage(tracks, seen, track_id, forward, self._selection)
-        output = self._add_small(report(self._tracks, self._selection), found, scan, dt)
-        return output, StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
+        self._tracks = self._management.manage(tracks, observations, track_id, forward, self._selection)
+        output = self._add_small(report(self._tracks, self._selection), detection, scan, dt)
+        return output, StepTrace(detection.segments, detection.linkage, detection.candidates, detection.boxes, track_id)
 
     def _elapsed(self, time: float) -> float:
         """Return the time since the last scan, 0 for the first [s]."""
@@ -135,23 +134,19 @@ class Tracker:
         self._time = time
         return dt
 
-    def _add_small(self, output: Tracks, found: Detection, scan: Scan, dt: float) -> Tracks:
+    def _add_small(self, output: Tracks, detection: Detection, scan: Scan, dt: float) -> Tracks:
         """Track the small road users, and add them to the record of the vehicles."""
         if not self.config.small.enabled:
             return output
-        boxes = small_boxes(found, scan, LENGTH_MAX_M, WIDTH_MAX_M)
+        boxes = small_boxes(detection, scan, LENGTH_MAX_M, WIDTH_MAX_M)
         self._small.step(boxes, self._tracks, dt)
         return self._small.report(self._tracks, output, scan.ego_pose_odom[:2])
 
 
-def movers(tracks: TrackTable) -> Movers:
-    """Return boxes and velocities of tracks, for deskewing."""
-    return Movers(*tracks.boxes(tracks.size), tracks.velocity)
-
-
-def long_vehicles(tracks: TrackTable) -> Pieces:
-    """Return the seen parts of the confirmed or coasting vehicles that are longer than a car."""
-    return tracks.subset((tracks.status != TENTATIVE) & tracks.long).pieces()
+def long_vehicles(tracks: TrackTable) -> OrientedBoxes:
+    """Return the visible parts of the confirmed or coasting vehicles that are longer than a car."""
+    long = tracks.subset((tracks.status != TENTATIVE) & tracks.long)
+    return long.boxes(long.visible_size)
 
 
 def box_ids(tracks: TrackTable, pairs: Sequence[tuple[int, int]], boxes: int) -> Ints:

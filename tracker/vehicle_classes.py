@@ -80,23 +80,23 @@ def side_probabilities() -> tuple[Floats, Floats]:
 LINE_DEPTH_M = 0.015
 """Mean depth of points on a line, from range noise [m]."""
 
-CAR_LINE_SHARE = 0.1
+CAR_LINE_FRACTION = 0.1
 """Share of the single faces of cars whose points lie on a line."""
 
 CAR_DEPTH_M = 0.22
 """Most frequent depth of the other ones [m], which have a gamma distribution of shape 2: parts of the bow and of glass
 that is set back are seen."""
 
-LORRY_LINE_SHARE = 0.5
+LORRY_LINE_FRACTION = 0.5
 """Share of the single faces of lorries whose points lie on a line; the rest has a small relief."""
 
 LORRY_RELIEF_M = 0.15
 """Mean relief of the other ones [m]."""
 
-BACKGROUND_LINE_SHARE = 0.55
+BACKGROUND_LINE_FRACTION = 0.55
 """Share of background segments whose points lie on a line."""
 
-BACKGROUND_RELIEF_SHARE = 0.35
+BACKGROUND_RELIEF_FRACTION = 0.35
 """Share of background segments with a small relief; the rest has a corner."""
 
 BACKGROUND_RELIEF_M = 0.15
@@ -110,23 +110,23 @@ CORNER_DEPTH_MAX_M = 2.8
 def of_car(depth_m: float) -> float:
     """Return the density of the depth of a single face of a car, van or motorcycle."""
     bowed = depth_m / CAR_DEPTH_M * exponential(depth_m, CAR_DEPTH_M)
-    return CAR_LINE_SHARE * exponential(depth_m, LINE_DEPTH_M) + (1.0 - CAR_LINE_SHARE) * bowed
+    return CAR_LINE_FRACTION * exponential(depth_m, LINE_DEPTH_M) + (1.0 - CAR_LINE_FRACTION) * bowed
 
 
 @kernel()
 def of_lorry(depth_m: float) -> float:
     """Return the density of the depth of a single face of a lorry or bus."""
     line, relief = exponential(depth_m, LINE_DEPTH_M), exponential(depth_m, LORRY_RELIEF_M)
-    return LORRY_LINE_SHARE * line + (1.0 - LORRY_LINE_SHARE) * relief
+    return LORRY_LINE_FRACTION * line + (1.0 - LORRY_LINE_FRACTION) * relief
 
 
 @kernel()
 def of_background(depth_m: float) -> float:
     """Return the density of the depth of a background segment; deeper ones than vehicles are as dense as corners."""
     line, relief = exponential(depth_m, LINE_DEPTH_M), exponential(depth_m, BACKGROUND_RELIEF_M)
-    corner_share = 1.0 - BACKGROUND_LINE_SHARE - BACKGROUND_RELIEF_SHARE
+    corner_share = 1.0 - BACKGROUND_LINE_FRACTION - BACKGROUND_RELIEF_FRACTION
     return (
-        BACKGROUND_LINE_SHARE * line + BACKGROUND_RELIEF_SHARE * relief + corner_share / CORNER_DEPTH_MAX_M
+        BACKGROUND_LINE_FRACTION * line + BACKGROUND_RELIEF_FRACTION * relief + corner_share / CORNER_DEPTH_MAX_M
     )  # fmt: skip
 
 
@@ -166,7 +166,7 @@ CAR_LENGTH_MAX_M = 5.3
 ROUNDING_M = 0.4
 """Part of a side that rounded corners hide at most, both ends together [m]."""
 
-SINGLE_FACE_SHARE = 0.4
+SINGLE_FACE_FRACTION = 0.4
 """Share of views of vehicles with a single visible face."""
 
 BACKGROUND_LENGTH_M = (0.5, 20.0)
@@ -246,7 +246,7 @@ def view_density(longer: Side, shorter: Side, kind: VehicleClass) -> float:
     A side is its visible extent [m] and the probability that it is truncated.
     """
     depth = of_lorry(shorter[0]) if kind.flat else of_car(shorter[0])
-    alone, both = 0.5 * SINGLE_FACE_SHARE * depth, 1.0 - SINGLE_FACE_SHARE
+    alone, both = 0.5 * SINGLE_FACE_FRACTION * depth, 1.0 - SINGLE_FACE_FRACTION
     along = side_density(longer[0], longer[1], kind.length_m, 0.0) * (
         alone + both * side_density(shorter[0], shorter[1], kind.width_m, 0.0)
     )

@@ -532,10 +532,6 @@ def _vulnerable(group: str) -> Iterator[MetricDefinition]:
     )
     yield figure("called_vehicle_share", "1", "followed by a track of a vehicle, over all of them", range=SHARE)
     yield figure("position_abs_mean_m", "m", "mean distance of the centres of hits")
-    yield figure(
-        "standing_flip_rate", "1", "headings more than 90 degrees off, standing vehicles", "flipped", "standing",
-        range=SHARE,
-    )  # fmt: skip
     yield figure("velocity_abs_mean_mps", "m/s", "mean norm of the velocity error of hits")
     yield figure("speed_abs_mean_mps", "m/s", "mean absolute error of the speed of hits")
     yield figure("time_to_confirm_s", "s", "time from the first graded frame to the first hit, median")

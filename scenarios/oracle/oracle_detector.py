@@ -34,12 +34,20 @@ from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW
 from luxloop.scenarios.grading.plane_geometry import QUARTER, turned
 from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
 from luxloop.scenarios.oracle.stage import Stage
-from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import Detector, DetectorConfig
 from luxloop.tracker.detection.segmentation import keep_only, regrouped
 from luxloop.tracker.geometry import fold
-from luxloop.tracker.merging import Pieces
-from luxloop.tracker.records import METHODS, NOT_USED, Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
+from luxloop.tracker.records import (
+    METHODS,
+    NOT_USED,
+    Boxes,
+    Candidates,
+    Detection,
+    Linkage,
+    OrientedBoxes,
+    SegmentedPoints,
+    Segments,
+)
 from luxloop.tracker.scan import Scan
 
 REMOVED = -1
@@ -210,13 +218,13 @@ class OracleDetector(Detector):
         """Ground truth of the current scan."""
         return self._context.truth
 
-    def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
+    def step(self, scan: Scan, movers: OrientedBoxes | None = None, long: OrientedBoxes | None = None) -> Detection:
         """Detect the vehicles in a scan and record the owners of their boxes."""
         found = super().step(scan, movers, long)
         self._context.add_detection(scan.ego_pose_odom, found)
         return found
 
-    def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
+    def segment(self, scan: Scan, keep: Bools, long: OrientedBoxes | None) -> Segments:
         """Group points, those on actors by the ground truth."""
         if Stage.SEGMENTATION not in self._stages:
             return super().segment(scan, keep, long)

@@ -58,10 +58,10 @@ class OracleScore:
         self._context = context
 
     def __call__(
-        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, observations: Observations
     ) -> tuple[Floats, Bools]:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
-        cost, in_gate = self._score(tracks, predictions, hypotheses, seen)
+        cost, in_gate = self._score(tracks, predictions, hypotheses, observations)
         context, actor = self._context, self._context.track_actor(tracks)
         true_center = context.truth.center_odom(actor, context.ego_pose_odom)
         misread = leads_away(predictions, hypotheses, true_center)
@@ -76,7 +76,7 @@ class OracleTrackManagement:
         self._context = context
 
     def manage(
-        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
         context, shipped = self._context, self._shipped
@@ -89,9 +89,9 @@ class OracleTrackManagement:
         self._remove_duplicates(tracks)
         for rows in self._by_actor(tracks):
             hand_over_id(tracks, rows)
-        free = shipped.newcomers(tracks, seen, track_id)
+        free = shipped.newcomers(tracks, observations, track_id)
         new = newcomers(context.box_actor, context.support, context.track_actor(tracks)[tracks.alive], free)
-        return shipped.start(tracks, new, seen, track_id, flow, selection)
+        return shipped.start(tracks, new, observations, track_id, flow, selection)
 
     def _remove_duplicates(self, tracks: TrackTable) -> None:
         """Remove duplicates among the tracks of each actor, and tracks without an actor inside any other."""
@@ -175,19 +175,19 @@ class OracleConfirmation(DefaultTrackManagement):
         """Update the status of every track; the truth confirms those that were seen."""
         super().settle(tracks)
         if self._active:
-            self._confirm(tracks, np.flatnonzero(tracks.seen), self._context.track_actor(tracks)[tracks.seen])
+            self._confirm(tracks, np.flatnonzero(tracks.updated), self._context.track_actor(tracks)[tracks.updated])
 
     def start(
         self,
         tracks: TrackTable,
         newcomers: Bools,
-        seen: Observations,
+        observations: Observations,
         track_id: Ints,
         flow: TrafficFlow,
         selection: ModelSelection,
     ) -> TrackTable:
         """Start a track for each box of the mask `newcomers` (B,), see `DefaultTrackManagement.start`."""
-        joined = super().start(tracks, newcomers, seen, track_id, flow, selection)
+        joined = super().start(tracks, newcomers, observations, track_id, flow, selection)
         if self._active:
             self._confirm(joined, np.arange(len(tracks), len(joined)), self._context.box_actor[newcomers])
         return joined
@@ -234,10 +234,10 @@ class ActorRecorder:
         self._context = context
 
     def manage(
-        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        managed = self._management.manage(tracks, seen, track_id, forward, selection)
+        managed = self._management.manage(tracks, observations, track_id, forward, selection)
         self._context.add_tracks(track_id)
         if isinstance(selection, OracleModelSelection):
             selection.select(managed)

@@ -48,8 +48,8 @@ class BiasedFit(Detector):
 class ScrambledAssociation(LikelihoodScore):
     """Inverts the gate for each box that is outside the gate of some track."""
 
-    def __call__(self, tracks, predictions, hypotheses, seen):
-        cost, in_gate = super().__call__(tracks, predictions, hypotheses, seen)
+    def __call__(self, tracks, predictions, hypotheses, observations):
+        cost, in_gate = super().__call__(tracks, predictions, hypotheses, observations)
         wrong = ~in_gate
         return cost, np.where(wrong.any(axis=0), wrong, in_gate)
 

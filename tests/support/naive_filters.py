@@ -2,10 +2,10 @@
 
 import numpy as np
 import scipy
+from support.filter_bank import Filters
 
 from luxloop.tracker.geometry import mahalanobis
 from luxloop.tracker.records import MODELS
-from luxloop.tracker.tracking.filters import Filters
 from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, NO_SPEED_MPS, STANDING_MPS, STOPPING_TIME_S
 
 

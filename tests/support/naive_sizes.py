@@ -12,7 +12,7 @@ from luxloop.tracker.vehicle_classes import (
     OUTLIER_DENSITY,
     PAIR,
     ROUNDING_M,
-    SINGLE_FACE_SHARE,
+    SINGLE_FACE_FRACTION,
     of_background,
     of_car,
     of_lorry,
@@ -40,11 +40,11 @@ def vehicle_log_odds(size, whole, truncated_probability):
     longer, shorter = sides[0][0], sides[1][0]
 
     def density(kind):
-        alone = 0.5 * SINGLE_FACE_SHARE * (of_lorry if kind.flat else of_car)(shorter)
+        alone = 0.5 * SINGLE_FACE_FRACTION * (of_lorry if kind.flat else of_car)(shorter)
         return kind.share * sum(
             (
                 side_density(sides[0], one, 0.0)
-                * (alone + (1.0 - SINGLE_FACE_SHARE) * side_density(sides[1], other, 0.0))
+                * (alone + (1.0 - SINGLE_FACE_FRACTION) * side_density(sides[1], other, 0.0))
                 for one, other in ((kind.length_m, kind.width_m), (kind.width_m, kind.length_m))
             )
         )

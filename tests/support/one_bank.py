@@ -1,8 +1,9 @@
 """The filter bank of one track, without a track around it."""
 
 import numpy as np
+from support.filter_bank import Filters
 
-from luxloop.tracker.tracking.filters import FilterConfig, Filters, initial_filters
+from luxloop.tracker.tracking.filters import FilterConfig, initial_filters
 from luxloop.tracker.tracking.mma import MmaConfig
 from luxloop.tracker.tracking.model_selection import model_selection
 from luxloop.tracker.tracking.track_table import empty
@@ -17,8 +18,7 @@ class OneBank:
         config = config or FilterConfig()
         self.selection = selection or model_selection(mma or MmaConfig())
         self.table = empty(config.models, rows=1)
-        first = initial_filters(np.zeros(2), covariance, config)
-        self.table.mean[0], self.table.covariance[0] = first.mean, first.covariance
+        self.table.mean[0], self.table.covariance[0] = initial_filters(np.zeros(2), covariance, config)
         self.table.probability[0] = 1.0 / len(config.models)
         self.selection.summarise(self.table, ROW)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.merging import MergeConfig, Pieces, hull, may_be_one, merge_segments, one_vehicle
-from luxloop.tracker.records import Segments
+from luxloop.tracker.merging import MergeConfig, hull, may_be_one, merge_segments, one_vehicle
+from luxloop.tracker.records import OrientedBoxes, Segments
 from luxloop.tracker.tracking.confirmation import clear_of
 
 CONFIG = MergeConfig()
@@ -14,7 +14,7 @@ def pieces(*boxes, speed=15.0, hits=20):
     """Boxes (x, y, heading, length, width) that drive along x."""
     x, y, heading, length, width = np.array(boxes, dtype=float).T
     speeds = np.broadcast_to(speed, len(x)).astype(float)
-    return Pieces(
+    return OrientedBoxes(
         center=np.stack([x, y], axis=1),
         heading=heading,
         size=np.stack([length, width], axis=1),

@@ -5,10 +5,10 @@ import pytest
 from support import naive_boxes
 
 from luxloop.tracker.free_space import free, turned_returns
-from luxloop.tracker.geometry import inside
-from luxloop.tracker.kernels import boxes
-from luxloop.tracker.kernels.odometry import placed
-from luxloop.tracker.merging import HITS_MIN, LONGEST_M, TURN_MAX_RAD, WIDEST_M, Pieces, fits, gap, hull, may_be_one
+from luxloop.tracker.kernels import inside, placed
+from luxloop.tracker.merging import HITS_MIN, LONGEST_M, TURN_MAX_RAD, WIDEST_M, fits, gap, hull, may_be_one
+from luxloop.tracker.records import OrientedBoxes
+from luxloop.tracker.tracking.track_table import centers
 
 
 def random_pieces(rng, count=12):
@@ -16,7 +16,7 @@ def random_pieces(rng, count=12):
     center = np.column_stack([rng.uniform(0.0, 60.0, count), rng.choice([0.0, 3.5], count)])
     heading = rng.choice([0.0, np.pi / 2], count) + rng.normal(0.0, 0.05, count)
     velocity, hits = rng.normal(8.0, 1.0, (count, 2)), rng.integers(1, 20, count)
-    return Pieces(center, heading, rng.uniform(0.2, 8.0, (count, 2)), velocity, hits)
+    return OrientedBoxes(center, heading, rng.uniform(0.2, 8.0, (count, 2)), velocity, hits)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -39,7 +39,7 @@ def test_hulls_and_pairs_equal_the_reference(seed):
 
 
 def test_pairs_of_no_pieces():
-    none = Pieces(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
+    none = OrientedBoxes(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
     assert may_be_one(none) == []
 
 
@@ -59,7 +59,7 @@ def test_centers_of_boxes_are_half_a_box_from_their_corners():
     half = 0.5 * sign * size
     cos, sin = np.cos(heading), np.sin(heading)
     corner = center + np.stack([cos * half[:, 0] - sin * half[:, 1], sin * half[:, 0] + cos * half[:, 1]], axis=1)
-    np.testing.assert_allclose(boxes.centers(corner, sign, heading, size), center, atol=1e-12)
+    np.testing.assert_allclose(centers(corner, sign, heading, size), center, atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(5))

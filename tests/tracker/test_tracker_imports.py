@@ -1,11 +1,14 @@
 """The tracker without the rest of luxloop: the packages that it needs."""
 
+import ast
 import subprocess
 import sys
 from importlib.metadata import packages_distributions
+from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).parents[2]
 NEEDED = {"numpy", "scipy", "numba", "llvmlite", "filterpy"}
 """The four libraries, and llvmlite for numba."""
 
@@ -30,3 +33,18 @@ def test_the_tracker_imports_only_its_four_libraries(code):
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
     assert set(run.stdout.split()) >= NEEDED
+
+
+USERS = sorted(path for name in ("oracle", "league") for path in (ROOT / "scenarios" / name).rglob("*.py"))
+"""Modules that replace stages of the tracker."""
+
+
+@pytest.mark.parametrize("path", USERS, ids=lambda path: path.stem)
+def test_oracles_and_peers_use_the_documented_protocols_only(path):
+    """As users must: no private module, name or attribute of the tracker."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("luxloop.tracker"):
+            names = [*node.module.split("."), *(alias.name for alias in node.names)]
+            assert not [name for name in names if name.startswith("_")]
+        if isinstance(node, ast.Attribute) and node.attr.startswith("_") and not node.attr.startswith("__"):
+            assert ast.unparse(node.value) in {"self", "cls", "os"}, ast.unparse(node)

@@ -8,7 +8,7 @@ import numpy as np
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.alignment import FLATNESS_M, REACH_M, misalignments
-from luxloop.tracker.detection.bowed_faces import STATES, Beams, BodyShape, fit_body, solve
+from luxloop.tracker.detection.bowed_faces import STATES, Beams, BodyShape, Schedule, fit_body, solve
 from luxloop.tracker.detection.point_groups import by_group, columns, even_subset, means
 from luxloop.tracker.free_space import UNIT_OFFSET_M
 from luxloop.tracker.records import SegmentedPoints
@@ -21,14 +21,14 @@ ASYMMETRY_STD_RAD = 0.005
 """Standard deviation of the heading for reasons outside the model [rad]: flanks converge by 2 cm over a car."""
 SAMPLE_MAX = 48
 """Points of the first fits; the last ones use all points."""
-FIRST_ROUNDS = 4
-"""Rounds of the first fits, at 4, 2, 1 and 1 times the noise."""
-FIRST_SCALE = 4.0
-LAST_FITS = 3
+FIRST_FITS = Schedule(rounds=4, scale=4.0)
+"""First fits, at 4, 2, 1 and 1 times the noise."""
+LAST_MAX = 3
 """Maximum number of hypotheses that are fitted to all points."""
 PLAUSIBLE = 15.0
 """Maximum difference of their costs in the first fit from the least one."""
-LAST_ROUNDS = 2
+LAST_FITS = Schedule(rounds=2, scale=1.0)
+"""Fits to all points."""
 QUARTER = 0.5 * math.pi
 APART = math.radians(2.0)
 """Minimum difference of two starts [rad]; nearer ones lead to the same result."""
@@ -36,7 +36,7 @@ STARTS_MAX = 3
 """Maximum number of starts; more find no better result."""
 HYPOTHESES_MAX = 8 * STARTS_MAX
 """Two places of the flank for each of up to four corners of a body beside the ego."""
-SHALLOW_SHARE = 0.08
+SHALLOW_FRACTION = 0.08
 """Share of the points in front of a face at its start: mirrors and range outliers."""
 COST, HEADING_VARIANCE, SIDE, FLANK, STATE = 0, 1, 2, 4, 5
 """Columns of a hypothesis (STATE + STATES,): cost, variance of the heading [rad^2], sides (2,), flank, and state."""
@@ -71,7 +71,7 @@ def search_bodies(points: SegmentedPoints, heading: Floats, shape: BodyShape) ->
     order = by_line(points.scan_line, segment)
     xy, line, size = points.xy.take(order, axis=0), points.scan_line.take(order), np.diff(offset)
     center = means(xy, segment, len(heading))
-    triangle = fit_bodies(xy, line, offset, center, found, owner, LAST_ROUNDS, 1.0, shape)
+    triangle = fit_bodies(xy, line, offset, center, found, owner, LAST_FITS, shape)
     aligned = misalignments(xy, offset, found[:, STATE].copy(), owner, directions(center), REACH_M, FLATNESS_M)
     found[:, COST] += ALIGNMENT_WEIGHT * size[owner] * aligned
     best, covariance, turn = best_bodies(found, first_of_each(owner, len(heading)), triangle, TEMPERATURE)
@@ -81,7 +81,7 @@ def search_bodies(points: SegmentedPoints, heading: Floats, shape: BodyShape) ->
 def plausible_fits(points: SegmentedPoints, heading: Floats, shape: BodyShape) -> tuple[Floats, Ints]:
     """Fit bodies to subsets of segments from the best aligned headings; return the cheapest ones, and their segments.
 
-    Faces are flat at first, behind a small share of the points.
+    Faces are flat at first, behind a small fraction of the points.
     """
     segment = points.label
     center = means(points.xy, segment, len(heading))
@@ -91,7 +91,7 @@ def plausible_fits(points: SegmentedPoints, heading: Floats, shape: BodyShape) -
     aligned = misalignments(sample, first, heading.ravel(), candidates, directions(center), REACH_M, FLATNESS_M)
     order = np.argsort(aligned.reshape(heading.shape), axis=1, kind="stable")
     found, owner = first_hypotheses(sample, first, center, heading, order)
-    fit_bodies(sample, points.scan_line[chosen], first, center, found, owner, FIRST_ROUNDS, FIRST_SCALE, shape)
+    fit_bodies(sample, points.scan_line[chosen], first, center, found, owner, FIRST_FITS, shape)
     cheap = np.lexsort((found[:, COST], owner))
     cheap = cheap[plausible(found[cheap, COST], first_of_each(owner, len(heading)), owner)]
     return found[cheap], owner[cheap]
@@ -108,7 +108,7 @@ def plausible(cost: Floats, first: Ints, owner: Ints) -> Bools:
     """(H,) mask of the cheapest hypotheses of each segment, ordered by segment `owner` (H,) and cost (H,)."""
     leader = first[owner]
     near: Bools = cost < cost[leader] + PLAUSIBLE
-    return near & (np.arange(len(cost)) - leader < LAST_FITS)
+    return near & (np.arange(len(cost)) - leader < LAST_MAX)
 
 
 def first_of_each(owner: Ints, count: int) -> Ints:
@@ -177,7 +177,7 @@ def shallow_depths(points: Floats, center: Floats, heading: float, depth: Floats
             for i in range(len(points)):
                 x, y = points[i, 0] - center[0], points[i, 1] - center[1]
                 place[i] = sign * (cos * y - sin * x if face == 0 else cos * x + sin * y)
-            depth[face, high] = shallow_depth(place, int(SHALLOW_SHARE * len(points)))
+            depth[face, high] = shallow_depth(place, int(SHALLOW_FRACTION * len(points)))
 
 
 @kernel(error_model="numpy")
@@ -243,8 +243,7 @@ def fit_bodies(
     center: Floats,
     found: Floats,
     owner: Ints,
-    rounds: int,
-    scale: float,
+    schedule: Schedule,
     shape: BodyShape,
 ) -> Floats:
     """Fit hypotheses (H, STATE + STATES) in place to the points of their segments; see `fit_body`.
@@ -272,7 +271,7 @@ def fit_bodies(
         beams = Beams(x[first:end], y[first:end], ray_x[first:end], ray_y[first:end])
         found[h, COST] = fit_body(
             beams, start, found[h, STATE:], found[h, SIDE : SIDE + 2],
-            int(found[h, FLANK]), rounds, scale, shape, triangle[h],
+            int(found[h, FLANK]), schedule, shape, triangle[h],
         )  # fmt: skip
     return triangle
 

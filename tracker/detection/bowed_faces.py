@@ -214,14 +214,14 @@ def weigh(found: Floats, scale: float, shape: BodyShape) -> None:
 
 @kernel(inline="always", error_model="numpy")
 def add_line(
-    found: Floats, first: int, last: int, k: int, state: Floats, side: Floats, line_std: float, information: Floats,
-    gradient: Floats,
+    found: Floats, first: int, last: int, k: int, state: Floats, side: Floats, line_std: float,
+    equations: tuple[Floats, Floats],
 ) -> None:  # fmt: skip
     """Add the points `first` to `last` on face k, a scan line, to the normal equations, without the line's offset.
 
     The Jacobian of the depth d is (r, -1, s, t) by heading, depth, curvature and middle.
     """
-    f = 1 + 3 * k
+    f, (information, gradient) = 1 + 3 * k, equations
     bow, middle, sign = 2.0 * state[f + 1], state[f + 2], side[k]
     sum_1, sum_r, sum_s, sum_t, sum_d, sum_rd, sum_sd, sum_td = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     sum_rr, sum_rs, sum_rt, sum_ss, sum_st, sum_tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0  # all are weighted
@@ -265,15 +265,15 @@ def normal_equations(
     scale: float,
     shape: BodyShape,
     found: Floats,
-    information: Floats,
-    gradient: Floats,
+    equations: tuple[Floats, Floats],
 ) -> None:
     """Write information matrix (7, 7), lower triangle, and gradient (7,) of the state, with priors, without offsets."""
+    information, gradient = equations
     information[:], gradient[:] = 0.0, 0.0
     weigh(found, scale, shape)
     for g in range(len(start) - 1):
         for k in range(2):
-            add_line(found, start[g], start[g + 1], k, state, side, shape.line_std, information, gradient)
+            add_line(found, start[g], start[g + 1], k, state, side, shape.line_std, equations)
     information[0, 0] += 1.0 / HEADING_STD**2
     for k in range(2):
         information[1 + 3 * k, 1 + 3 * k] += 1.0 / DEPTH_STD**2
@@ -283,6 +283,15 @@ def normal_equations(
             gradient[at] += (prior[k, 2 * a] - state[at]) * certainty
 
 
+class Schedule(NamedTuple):
+    """Rounds of a fit."""
+
+    rounds: int
+    scale: float
+    """Factor of the noise in the first round, halved from round to round down to 1: a narrow start finds local minima.
+    Above 1, curvature and middle of the faces start at their priors."""
+
+
 @kernel(error_model="numpy")
 def fit_body(
     beams: Beams,
@@ -290,8 +299,7 @@ def fit_body(
     state: Floats,
     side: Floats,
     flank: int,
-    rounds: int,
-    scale: float,
+    schedule: Schedule,
     shape: BodyShape,
     information: Floats,
 ) -> float:
@@ -301,10 +309,8 @@ def fit_body(
     ----------
     flank
         Face that is a flank; the other is a front or rear.
-    scale
-        Factor of the noise in the first round, halved from round to round down to 1: a narrow start finds local
-        minima. Above 1, curvature and middle of the faces start at their priors.
     """
+    rounds, scale = schedule
     found, prior, step = np.empty((RESIDUALS, len(beams.x))), np.empty((2, 5)), np.empty(STATES)
     for turn in range(rounds + 1):  # the last one only writes what the cost needs
         residuals(beams, state, side, shape, found)
@@ -315,7 +321,7 @@ def fit_body(
             for k in range(2):
                 state[2 + 3 * k], state[3 + 3 * k] = prior[k, 0], prior[k, 2]
         noise_scale = max(1.0, scale * 0.5**turn)
-        normal_equations(start, state, side, prior, noise_scale, shape, found, information, step)
+        normal_equations(start, state, side, prior, noise_scale, shape, found, (information, step))
         factor(information)
         solve(information, step)
         shortened = min(1.0, TURN_MAX / max(abs(step[0]), 1e-12))

@@ -13,8 +13,8 @@ import numpy as np
 from luxloop.tracker.arrays import Bools, Floats, Floats32, Ints
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.free_space import UNIT_OFFSET_M
-from luxloop.tracker.geometry import QUARTER, inside, rotate
-from luxloop.tracker.kernels.odometry import placed
+from luxloop.tracker.geometry import QUARTER, rotate
+from luxloop.tracker.kernels import inside, placed
 from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments, SmallBoxes
 from luxloop.tracker.scan import Scan
 
@@ -86,7 +86,7 @@ def build(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, con
     on_line = linkage.line.take(points.source) >= 0
     span = np.stack([points.offset[kept], points.offset[kept + 1]], axis=1)
     seen = box_points(points.xy, on_line, points.truncated, points.time_offset, points.viewpoint_ego, span,
-                      center, heading, size, CUT_MARGIN_M)  # fmt: skip
+                      (center, heading, size), CUT_MARGIN_M)  # fmt: skip
     corner, sign = nearest_corner(center, heading, size, seen.viewpoint)
     return Boxes(
         segment=kept,
@@ -205,9 +205,7 @@ def box_points(
     time: Floats,
     viewpoint: Floats,
     span: Ints,
-    center: Floats,
-    heading: Floats,
-    size: Floats,
+    box: tuple[Floats, Floats, Floats],
     cut_margin: float,
 ) -> BoxPoints:
     """Summarise the points of B boxes.
@@ -222,12 +220,12 @@ def box_points(
         (N,) [s].
     span
         Box b has the points span[b, 0] to span[b, 1], at least one.
-    center, heading, size
-        (B, 2) [m], (B,) [rad] and (B, 2) [m].
+    box
+        Centres (B, 2) [m], headings (B,) [rad] and sizes (B, 2) [m].
     cut_margin
         Maximum distance of a truncated point from its end [m].
     """
-    boxes = len(center)
+    (center, heading, size), boxes = box, len(span)
     support, mean_time, cut = np.zeros(boxes, np.int64), np.zeros(boxes), np.zeros((boxes, 2, 2), np.bool_)
     mean, view, extent = np.zeros((boxes, 2)), np.zeros((boxes, 2)), np.zeros((boxes, 2))
     low, high = np.empty(2), np.empty(2)

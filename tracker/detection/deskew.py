@@ -15,9 +15,9 @@ import numpy as np
 from luxloop.tracker.arrays import Floats, Floats32, Ints
 from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.point_groups import means
-from luxloop.tracker.geometry import inside, rotate, wrap
-from luxloop.tracker.kernels.odometry import placed
-from luxloop.tracker.records import NO_TRACK, SegmentedPoints
+from luxloop.tracker.geometry import rotate, wrap
+from luxloop.tracker.kernels import inside, placed
+from luxloop.tracker.records import NO_TRACK, OrientedBoxes, SegmentedPoints
 from luxloop.tracker.scan import Scan
 
 MARGIN_M = 0.5
@@ -31,20 +31,6 @@ class DeskewConfig:
     motion: Literal["none", "ego", "all"] = "all"
     """`none`: raw points, for scans that are compensated already. `ego`: ego motion only, as if all objects were
     stationary. `all`: ego and track motion. Change it to measure the effect of the sweep, or for such scans."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Movers:
-    """T tracks as predicted for the scan's time, in the odometry frame."""
-
-    center: Floats
-    """(T, 2) [m]."""
-    heading: Floats
-    """(T,)."""
-    size: Floats
-    """(T, 2) length, width [m]."""
-    velocity: Floats
-    """(T, 2) [m/s]."""
 
 
 class EgoMotion:
@@ -83,13 +69,13 @@ def moved(points: Floats32, tau: Floats, velocity: Floats, yaw_rate: float) -> F
     return still.astype(points.dtype)
 
 
-def undo_targets(points: SegmentedPoints, ego_pose_odom: Floats, movers: Movers) -> SegmentedPoints:
+def undo_targets(points: SegmentedPoints, ego_pose_odom: Floats, movers: OrientedBoxes) -> SegmentedPoints:
     """Return the points with those of each track moved to the scan's time, without time offsets.
 
     A segment whose centre lies in the box of a track moves with that track; other points keep position and time offset.
     Positions are rounded to float32, as those of a scan are.
     """
-    if not len(movers.heading) or not points.segments.count:
+    if not len(movers) or not points.segments.count:
         return points
     pose, label = np.asarray(ego_pose_odom, dtype=np.float64), points.label
     owner = _owner(placed(means(points.xy, label, points.segments.count), pose), movers)
@@ -99,7 +85,7 @@ def undo_targets(points: SegmentedPoints, ego_pose_odom: Floats, movers: Movers)
     return replace(points, xy=still.astype(np.float32).astype(np.float64), time_offset=left)
 
 
-def _owner(middle: Floats, movers: Movers) -> Ints:
+def _owner(middle: Floats, movers: OrientedBoxes) -> Ints:
     """(S,) track whose box contains each centre (S, 2), the nearest of several, `NO_TRACK` for none."""
     held = inside(middle, movers.center, movers.heading, movers.size + 2 * MARGIN_M)
     x, y = (middle[:, None, axis] - movers.center[:, axis] for axis in (0, 1))

@@ -21,7 +21,7 @@ from luxloop.tracker.detection import (
 from luxloop.tracker.detection.background import Background, BackgroundConfig
 from luxloop.tracker.detection.baselines import BaselineConfig
 from luxloop.tracker.detection.boxes import BoxConfig
-from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
+from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, undo_targets
 from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.preprocess import PreprocessConfig
 from luxloop.tracker.detection.rectangles import RectangleConfig
@@ -29,9 +29,8 @@ from luxloop.tracker.detection.segmentation import SegmentationConfig
 from luxloop.tracker.detection.selection import SelectionConfig
 from luxloop.tracker.detection.tlinkage import LinkageConfig
 from luxloop.tracker.detection.truncation import TruncationConfig
-from luxloop.tracker.kernels.odometry import placed
-from luxloop.tracker.merging import Pieces
-from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, SegmentedPoints, Segments
+from luxloop.tracker.kernels import placed
+from luxloop.tracker.records import Boxes, Candidates, Detection, Linkage, OrientedBoxes, SegmentedPoints, Segments
 from luxloop.tracker.scan import Scan
 
 CLOCK_DIGITS = 9
@@ -61,7 +60,7 @@ class BoxDetector(Protocol):
     def check(self, scan: Scan) -> None:
         """Raise ValueError for a scan that `step` does not accept. The detector stays unchanged."""
 
-    def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
+    def step(self, scan: Scan, movers: OrientedBoxes | None = None, long: OrientedBoxes | None = None) -> Detection:
         """Detect the vehicles in a scan.
 
         Parameters
@@ -97,7 +96,7 @@ class Detector:
                 "drop it, or use a new tracker for another recording"
             )
 
-    def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
+    def step(self, scan: Scan, movers: OrientedBoxes | None = None, long: OrientedBoxes | None = None) -> Detection:
         """Detect the vehicles in a scan.
 
         Parameters
@@ -130,7 +129,7 @@ class Detector:
         candidates = self.fit(points, linkage)
         return Detection(segments, linkage, candidates, self.box(points, linkage, candidates))
 
-    def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
+    def segment(self, scan: Scan, keep: Bools, long: OrientedBoxes | None) -> Segments:
         """Group the points to `keep` (N,) into segments; remove walls and merge the pieces of long vehicles."""
         segments = segmentation.segment(scan.points_ego, keep, self.config.segmentation)
         points_odom = into_odom(scan)

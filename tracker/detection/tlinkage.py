@@ -207,19 +207,16 @@ def nearest(distance: Floats, i: int) -> int:
 
 
 @kernel(error_model="numpy")
-def merge(
-    table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, count: int, used: Ints, row: Floats
-) -> None:
+def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, used: Ints, row: Floats) -> None:
     """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all.
 
-    The first `count` of `alive` are the clusters; `used` and `row` are work arrays.
+    `alive` are the clusters; `used` and `row` are work arrays.
     """
     for h in range(table.shape[0]):
         table[h, p], table[h, q] = min(table[h, p], table[h, q]), 0.0
     products(table, p, len(row), used, row)
     norm[p], norm[q] = row[p], 0.0
-    for k in range(count):
-        j = alive[k]
+    for j in alive:
         distance[p, j] = distance[j, p] = tanimoto(row[j], norm[p], norm[j])
         distance[q, j] = distance[j, q] = 1.0
     distance[p, p] = np.inf
@@ -267,7 +264,7 @@ def agglomerate(table: Floats) -> Ints:
         q = neighbour[p]
         if lowest >= 1.0:
             break
-        merge(table, distance, norm, p, q, alive, rest, used, row)
+        merge(table, distance, norm, p, q, alive[:rest], used, row)
         rest, least[q] = without(alive, rest, q), 1.0
         for k in range(rest):
             c = alive[k]

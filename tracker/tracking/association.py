@@ -51,7 +51,7 @@ class AssociationConfig:
 def score(
     tracks: Predictions,
     hypotheses: Hypotheses,
-    seen: Observations,
+    observations: Observations,
     config: AssociationConfig,
     coasting: Bools | None = None,
 ) -> tuple[Floats, Bools]:
@@ -75,7 +75,7 @@ def score(
         (tracks.covariance, hypotheses.covariance),
         tracks.probability,
         (tracks.heading, tracks.heading_variance, tracks.size, tracks.whole, coasting),
-        (hypotheses.heading, hypotheses.size, seen.covariance),
+        (hypotheses.heading, hypotheses.size, observations.covariance),
         (*variances, GROWTH_STD_M),
         Limits(GATE_PROBABILITY_MIN, config.gate_chi2, config.shape_cost_max),
     )
@@ -222,7 +222,7 @@ class Associator(Protocol):
     """Data association of T tracks and B boxes."""
 
     def associate(
-        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, observations: Observations
     ) -> list[tuple[int, int]]:
         """Assign boxes to tracks.
 
@@ -234,7 +234,7 @@ class Associator(Protocol):
             State of the tracks at the scan's time.
         hypotheses
             Each of the B boxes as an observation of each track.
-        seen
+        observations
             The boxes. T and B may be 0.
 
         Returns
@@ -248,7 +248,7 @@ class PairScore(Protocol):
     """Cost and gate of the pairs of T tracks and B boxes."""
 
     def __call__(
-        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, observations: Observations
     ) -> tuple[Floats, Bools]:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
 
@@ -260,16 +260,16 @@ class LikelihoodScore:
         self._config = config
 
     def __call__(
-        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, observations: Observations
     ) -> tuple[Floats, Bools]:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
         coasting = tracks.status == COASTING
-        cost, admissible = score(predictions, hypotheses, seen, self._config, coasting)
+        cost, admissible = score(predictions, hypotheses, observations, self._config, coasting)
         if coasting.any():
             admissible[coasting] &= ~_of_another(tracks, coasting, cost, admissible)
         new = tracks.hits == 1
         if new.any():
-            second = second_views(predictions, hypotheses, seen, tracks.unseen_s, tracks.seen_size)
+            second = second_views(predictions, hypotheses, observations, tracks.unobserved_s, tracks.visible_size)
             admissible = np.where(new[:, None], second | admissible & nearby(hypotheses), admissible)
         return cost, admissible
 
@@ -282,12 +282,12 @@ class HungarianAssociator:
         self._score = score or LikelihoodScore(config)
 
     def associate(
-        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+        self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, observations: Observations
     ) -> list[tuple[int, int]]:
         """Return pairs of track and box, see `Associator.associate`."""
-        cost, admissible = self._score(tracks, predictions, hypotheses, seen)
+        cost, admissible = self._score(tracks, predictions, hypotheses, observations)
         rounds = rounds_of(tracks)
-        free = np.ones(len(seen), dtype=np.bool_)
+        free = np.ones(len(observations), dtype=np.bool_)
         pairs: list[tuple[int, int]] = []
         for turn in sorted(set(rounds.tolist()) - {NO_ROUND}):
             chosen = assign(cost, admissible & (rounds == turn)[:, None] & free, self._config.method)
@@ -312,6 +312,6 @@ def _of_another(tracks: TrackTable, coasting: Bools, cost: Floats, admissible: B
     together. A box that fits it better is not the lost vehicle.
     """
     tentative = tracks.status == TENTATIVE
-    rival = tracks.age_s[tentative] > tracks.unseen_s[coasting, None]
+    rival = tracks.age_s[tentative] > tracks.unobserved_s[coasting, None]
     own = np.where(admissible[tentative], cost[tentative], np.inf)
     return np.asarray(np.any(rival[:, :, None] & (own < cost[coasting, None]), axis=1))

@@ -13,8 +13,8 @@ from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.observations import Observations
 from luxloop.tracker.vehicle_classes import FASTEST_MPS
 
-SIDEWAYS_SHARE = 0.1
-"""Maximum motion across the heading as a share of the motion along it: 6 degrees, three of a fit's errors."""
+SIDEWAYS_FRACTION = 0.1
+"""Maximum motion across the heading as a fraction of the motion along it: 6 degrees, three of a fit's errors."""
 
 SIDEWAYS_M = 0.5
 """Maximum motion across the heading that errors of two fits explain [m]."""
@@ -43,9 +43,9 @@ def nearby(hypotheses: Hypotheses) -> Bools:
 def second_views(
     tracks: Predictions,
     hypotheses: Hypotheses,
-    seen: Observations,
+    observations: Observations,
     age_s: Floats,
-    seen_size: Floats,
+    visible_size: Floats,
 ) -> Bools:
     """(T, B) mask of boxes that may be the second view of a vehicle.
 
@@ -53,16 +53,16 @@ def second_views(
     ----------
     age_s
         (T,) time since the first view [s].
-    seen_size
+    visible_size
         (T, 2) extent of the first view along and across the heading [m].
     """
     moved = np.abs(rotate(hypotheses.innovation[:, :, 0], -tracks.heading[:, None]))
     # The box of a new track has a quarter-turn ambiguity: either axis may be the length.
     along, across = np.maximum(moved[:, :, 0], moved[:, :, 1]), np.minimum(moved[:, :, 0], moved[:, :, 1])
-    straight = across < SIDEWAYS_M + SIDEWAYS_SHARE * along
-    variance = tracks.heading_variance[:, None] + seen.covariance[:, 2, 2] + HEADING_STD_RAD**2
+    straight = across < SIDEWAYS_M + SIDEWAYS_FRACTION * along
+    variance = tracks.heading_variance[:, None] + observations.covariance[:, 2, 2] + HEADING_STD_RAD**2
     turn = np.abs(hypotheses.heading - tracks.heading[:, None]) / np.sqrt(variance)
-    both = np.minimum(hypotheses.size, seen_size[:, None]) > SIDE_MIN_M
-    differs = both & (np.abs(hypotheses.size - seen_size[:, None]) > SIZE_MAX_M)
+    both = np.minimum(hypotheses.size, visible_size[:, None]) > SIDE_MIN_M
+    differs = both & (np.abs(hypotheses.size - visible_size[:, None]) > SIZE_MAX_M)
     same = both.any(axis=2) & ~differs.any(axis=2) & (turn < TURN_SIGMA)
     return np.asarray(same & straight & (along < age_s[:, None] * FASTEST_MPS))

@@ -105,7 +105,7 @@ def reacquire(tracks: TrackTable, t: int, same: float, config: ConfirmationConfi
 def footprint(tracks: TrackTable, t: int) -> tuple[float, float, float, float, float]:
     """Return x, y [m], heading, length and width [m] of the visible part of a vehicle."""
     (x, y), (front, left) = tracks.estimate[t, :2].tolist(), tracks.corner_sign[t].tolist()
-    (length, width), heading = tracks.seen_size[t].tolist(), tracks.yaw.item(t, 0)
+    (length, width), heading = tracks.visible_size[t].tolist(), tracks.yaw.item(t, 0)
     middle = complex(x, y) - complex(0.5 * front * length, 0.5 * left * width) * cmath.rect(1.0, heading)
     return middle.real, middle.imag, heading, length, width
 

@@ -141,7 +141,7 @@ def admit_speed(tracks: "TrackTable", t: int, innovation: Floats, time_offset: f
     own times, `time_offset` after their scans: the returned innovations, and the track, are those at the times of the
     scans.
     """
-    since_s, first_offset = tracks.unseen_s.item(t), tracks.first_offset_s.item(t)
+    since_s, first_offset = tracks.unobserved_s.item(t), tracks.first_offset_s.item(t)
     motion = innovation[tracks.probability[t].argmax()]
     elapsed = since_s + time_offset - first_offset
     if elapsed <= 0.0 or np.hypot(*motion) <= 2.0 * config.initial_speed_std_mps * elapsed:

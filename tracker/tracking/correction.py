@@ -17,48 +17,54 @@ from luxloop.tracker.tracking.track_table import COASTING, TrackTable
 
 
 def correct(
-    tracks: TrackTable, seen: TrackObservations, selection: ModelSelection, config: TrackConfig, dt: float
+    tracks: TrackTable, observed: TrackObservations, selection: ModelSelection, config: TrackConfig, dt: float
 ) -> None:
     """Update tracks by one observation each, `dt` [s] after the last scan."""
-    if not len(seen):
+    if not len(observed):
         return
-    innovation = admit(tracks, seen, selection, config)
-    correct_corners(tracks, seen, innovation, selection, config)
-    for p in range(len(seen)):
-        follow(tracks, seen, p, selection, config, dt)
+    innovation = admit(tracks, observed, selection, config)
+    correct_corners(tracks, observed, innovation, selection, config)
+    for p in range(len(observed)):
+        follow(tracks, observed, p, selection, config, dt)
 
 
-def admit(tracks: TrackTable, seen: TrackObservations, selection: ModelSelection, config: TrackConfig) -> Floats:
+def admit(tracks: TrackTable, observed: TrackObservations, selection: ModelSelection, config: TrackConfig) -> Floats:
     """Return the innovations (P, M, 2) of the corners [m]; the second observation of a track shows its speed.
 
     After a track has coasted, the observation may be of another object.
     """
-    innovation = seen.innovation.copy()
-    for p, t in enumerate(seen.row.tolist()):
+    innovation = observed.innovation.copy()
+    for p, t in enumerate(observed.row.tolist()):
         if tracks.status[t] == COASTING:
-            expected = corner.density(tracks, t, innovation[p], seen.covariance[p])
-            reacquire(tracks, t, same_vehicle(tracks.unseen_s.item(t), expected, config.existence), config.confirmation)
+            expected = corner.density(tracks, t, innovation[p], observed.covariance[p])
+            reacquire(
+                tracks, t, same_vehicle(tracks.unobserved_s.item(t), expected, config.existence), config.confirmation
+            )
         if tracks.hits[t] == 1:
-            innovation[p] = corner.admit_speed(tracks, t, innovation[p], seen.time_offset.item(p), config.filters)
-            selection.summarise(tracks, seen.row[p : p + 1])
+            innovation[p] = corner.admit_speed(tracks, t, innovation[p], observed.time_offset.item(p), config.filters)
+            selection.summarise(tracks, observed.row[p : p + 1])
     return innovation
 
 
 def correct_corners(
-    tracks: TrackTable, seen: TrackObservations, innovation: Floats, selection: ModelSelection, config: TrackConfig
+    tracks: TrackTable,
+    observed: TrackObservations,
+    innovation: Floats,
+    selection: ModelSelection,
+    config: TrackConfig,
 ) -> None:
     """Score and correct the filters, and update the time-correlated errors of the corners.
 
     A correction of a past error by a visible end is no motion of the vehicle: the filters add it to their own before.
     """
-    rows, each, yaw = seen.row, np.arange(len(seen)), tracks.yaw[seen.row, 0]
+    rows, each, yaw = observed.row, np.arange(len(observed)), tracks.yaw[observed.row, 0]
     model = tracks.model[rows]
     measured = tracks.mean[rows, model, :2] + innovation[each, model]
-    errors = tracks.corner_variance[rows], seen.end_visible
-    released = corner.released(*errors, seen.covariance, yaw)
+    errors = tracks.corner_variance[rows], observed.end_visible
+    released = corner.released(*errors, observed.covariance, yaw)
     for covariance in (tracks.covariance, tracks.independent_covariance):
         covariance[rows, :, :2, :2] += released[:, None]
-    noise = selection.correct(tracks, rows, innovation, seen.covariance)
+    noise = selection.correct(tracks, rows, innovation, observed.covariance)
     tracks.corner_variance[rows] = corner.observe(*errors, noise, yaw, config.corner.known_std_m**2)
     states = tracks.independent_mean[rows], tracks.independent_covariance[rows]
     mean, covariance, nis = mma.correct_independent(*states, measured, noise)
@@ -66,24 +72,34 @@ def correct_corners(
 
 
 def follow(
-    tracks: TrackTable, seen: TrackObservations, p: int, selection: ModelSelection, config: TrackConfig, dt: float
+    tracks: TrackTable,
+    observed: TrackObservations,
+    p: int,
+    selection: ModelSelection,
+    config: TrackConfig,
+    dt: float,
 ) -> None:
     """Update all but the corner, which was updated before, by observation `p`."""
-    t, size, untruncated, filtered = seen.row.item(p), seen.size[p], seen.untruncated[p], heading_filter(config.filters)
-    filtered.observe(tracks, t, seen.heading.item(p), seen.heading_variance.item(p))
+    t, size, untruncated, filtered = (
+        observed.row.item(p),
+        observed.size[p],
+        observed.untruncated[p],
+        heading_filter(config.filters),
+    )
+    filtered.observe(tracks, t, observed.heading.item(p), observed.heading_variance.item(p))
     heading.observe_sides(tracks, t, size, untruncated)
     tracks.hits[t] += 1
-    tracks.unseen_s[t] = 0.0
+    tracks.unobserved_s[t] = 0.0
     vehicle_size.observe_size(tracks, t, size, untruncated)
-    sign = seen.corner_sign[p]
+    sign = observed.corner_sign[p]
     if (sign != tracks.corner_sign[t]).any():
         unseen, (yaw_rate, _) = 2.0 * tracks.size_std[t], filtered.yaw_rate(tracks, t)
         corner.change_corner(tracks, t, sign, unseen, yaw_rate, config.corner)
-        selection.summarise(tracks, seen.row[p : p + 1])
-    count_view(tracks, t, size, untruncated, seen.flat.item(p))
+        selection.summarise(tracks, observed.row[p : p + 1])
+    count_view(tracks, t, size, untruncated, observed.flat.item(p))
     course = course_of(tracks, t, filtered)
     if not tracks.left[t]:
-        check_motion(tracks, t, size, untruncated, seen.end_visible[p], sign, moving=course is not None)
+        check_motion(tracks, t, size, untruncated, observed.end_visible[p], sign, moving=course is not None)
     turn(tracks, t, heading.turns_to_front(tracks, t, course, filtered, dt))
 
 
@@ -124,7 +140,7 @@ def absorb(
     heading [m].
     """
     sign = tracks.corner_sign[t]
-    offset = rotate_one(np.where(sign > 0, high, low) - 0.5 * sign * tracks.seen_size[t], tracks.yaw.item(t, 0))
+    offset = rotate_one(np.where(sign > 0, high, low) - 0.5 * sign * tracks.visible_size[t], tracks.yaw.item(t, 0))
     yaw_rate, _ = heading_filter(config.filters).yaw_rate(tracks, t)
     corner.shift(tracks, t, offset, yaw_rate)
     selection.summarise(tracks, np.array([t]))

@@ -50,7 +50,7 @@ class ExistenceConfig:
         require_within(self, 1e-3, 1e6, "course_s", "std_max_m")
 
 
-def existence(unseen_s: float, hidden: float, config: ExistenceConfig) -> float:
+def existence(unobserved_s: float, hidden: float, config: ExistenceConfig) -> float:
     """Return the probability that a vehicle, unseen for a time [s], exists on its course.
 
     A share `hidden` of the places where it is predicted is not known to be free. With the probability s of keeping the
@@ -58,33 +58,33 @@ def existence(unseen_s: float, hidden: float, config: ExistenceConfig) -> float:
     """
     if hidden == 0.0:
         return 0.0
-    keeps = math.exp(-unseen_s / config.course_s)
+    keeps = math.exp(-unobserved_s / config.course_s)
     return keeps * hidden / (keeps * hidden + (1.0 - keeps))
 
 
-def same_vehicle(unseen_s: float, density_per_m2: float, config: ExistenceConfig) -> float:
+def same_vehicle(unobserved_s: float, density_per_m2: float, config: ExistenceConfig) -> float:
     """Return the probability that a box is the vehicle that was unseen for a time [s], and no other object.
 
     The box has the predicted density [1/m^2] at its place.
     """
-    vehicle = math.exp(-unseen_s / config.course_s) * density_per_m2
+    vehicle = math.exp(-unobserved_s / config.course_s) * density_per_m2
     return vehicle / (vehicle + CLUTTER_PER_M2)
 
 
 def terminate_lost(tracks: TrackTable, scan: Scan, config: ExistenceConfig) -> None:
     """Terminate the coasting tracks that probably do not exist any more, after the updates by a scan."""
-    rows = np.flatnonzero((tracks.status == COASTING) & ~tracks.seen)
+    rows = np.flatnonzero((tracks.status == COASTING) & ~tracks.updated)
     if not len(rows):
         return
     covariance = np.array([corner_covariance(tracks, t) for t in rows.tolist()])
-    center, heading, size = tracks.subset(rows).boxes(tracks.size[rows])
-    places = predicted_places(center, heading, size[:, 0].copy(), covariance) - scan.ego_pose_odom[:2]
+    boxes = tracks.subset(rows).boxes(tracks.size[rows])
+    places = predicted_places(boxes.center, boxes.heading, boxes.size[:, 0].copy(), covariance) - scan.ego_pose_odom[:2]
     returns = free_space.turned_returns(scan.points_ego, scan.ego_pose_odom[2])
     free = free_space.free(places.reshape(-1, 2), returns, FREE_MARGIN_M)
     share = 1.0 - free.reshape(places.shape[:-1]).any(axis=2).mean(axis=1)
     vague = covariance[:, 0, 0] + covariance[:, 1, 1] > 2.0 * config.std_max_m**2
     for t, hidden, lost in zip(rows.tolist(), share.tolist(), vague.tolist(), strict=True):
-        if lost or existence(tracks.unseen_s.item(t), hidden, config) < config.existence_min:
+        if lost or existence(tracks.unobserved_s.item(t), hidden, config) < config.existence_min:
             tracks.status[t] = DEAD
 
 

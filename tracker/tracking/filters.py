@@ -7,7 +7,6 @@ from it when mixing. One call of a kernel updates any number of filters. filterp
 runs `luxloop.tracker.tracking.imm`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -175,49 +174,11 @@ def prior_variances() -> Floats:
     return np.square([0.0, STARTING_SPEED_STD_MPS, MANOEUVRE_STD_MPS2])
 
 
-@dataclass(slots=True, eq=False)
-class Filters:
-    """Kalman filters of n states each, in an array of any shape; measurements are of the first states."""
-
-    mean: Floats
-    """(..., n)."""
-    covariance: Floats
-    """(..., n, n)."""
-
-    def predict(self, step: Step) -> None:
-        """Move on by one time step."""
-        moved = predict_rows(*self._rows(), _matrices(step.transition), _matrices(step.noise))
-        self._set_rows(*moved)
-
-    def correct(self, residual: Floats, noise: Floats) -> None:
-        """Correct by innovations (..., m) of the first m states, 1 or 2, with noise (m, m) or (..., m, m)."""
-        rows = residual.reshape(-1, residual.shape[-1])
-        self._set_rows(*correct_rows(*self._rows(), rows, _matrices(noise)))
-
-    def _rows(self) -> tuple[Floats, Floats]:
-        """Means (K, n) and covariances (K, n, n) of all filters."""
-        return self.mean.reshape(-1, self.mean.shape[-1]), _matrices(self.covariance)
-
-    def _set_rows(self, mean: Floats, covariance: Floats) -> None:
-        """Replace the states by those of all filters, (K, n) and (K, n, n)."""
-        self.mean, self.covariance = mean.reshape(self.mean.shape), covariance.reshape(self.covariance.shape)
-
-
-def _matrices(array: Floats) -> Floats:
-    """(K, n, n) matrices of an array (..., n, n)."""
-    return array.reshape(-1, *array.shape[-2:])
-
-
-def stacked(filters: Sequence[Filters]) -> tuple[Floats, Floats]:
-    """Return the means (T, M, n) and covariances (T, M, n, n) of T lists of M filters."""
-    return np.array([one.mean for one in filters]), np.array([one.covariance for one in filters])
-
-
-def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
-    """Return one filter per model, from a first observation (2,) [m] with covariance (2, 2) [m^2]."""
+def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> tuple[Floats, Floats]:
+    """Return means (M, 6) and covariances (M, 6, 6) after a first observation (2,) [m] with covariance (2, 2) [m^2]."""
     mean, variance = np.zeros((len(config.models), STATE_DIM)), initial_covariances(config).copy()
     mean[:, :2], variance[:, :2, :2] = position, covariance
-    return Filters(mean, variance)
+    return mean, variance
 
 
 @lru_cache(maxsize=8)
@@ -234,11 +195,6 @@ def moved(offset: Floats, yaw_rate: float) -> Floats:
     """
     x, y = offset
     return np.array([x, y, -yaw_rate * y, yaw_rate * x, -(yaw_rate**2) * x, -(yaw_rate**2) * y])
-
-
-def heading_filter(heading: float, variance: float) -> Filters:
-    """Return the heading filter: the block of (9) with state (heading, yaw rate), coupled by the time step."""
-    return Filters(np.array([[heading, 0.0]]), np.diag([variance, INITIAL_YAW_RATE_STD_RADPS**2])[None])
 
 
 @kernel()

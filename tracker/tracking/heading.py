@@ -37,7 +37,7 @@ COURSE_TIME_S = 0.5
 SLIP_STD_RAD = 0.02
 """Standard deviation of the angle between heading and motion of the rear axle, by side slip [rad]."""
 
-HEADING_OUTLIER_SHARE = 0.05
+HEADING_OUTLIER_FRACTION = 0.05
 """Share of headings that are outliers, as arcs fitted as sides: 2 of 55 recorded vehicles."""
 
 HEADING_RESTART_S = 0.5
@@ -131,7 +131,7 @@ def corrected(turn: Turn, heading: float, variance: float) -> tuple[Turn, float]
     over both cases with the spread between them (probabilistic data association with one measurement, Bar-Shalom and
     Tse 1975), so that the covariance grows with each measurement in doubt.
     """
-    (p, c, r), residual, share = turn.variance, heading - turn.heading, HEADING_OUTLIER_SHARE
+    (p, c, r), residual, share = turn.variance, heading - turn.heading, HEADING_OUTLIER_FRACTION
     innovation = p + variance
     density = math.exp(-0.5 * residual**2 / innovation) / math.sqrt(2.0 * math.pi * innovation)
     outlier = share / QUARTER / (share / QUARTER + (1.0 - share) * density)
@@ -267,7 +267,7 @@ def turns_to_front(tracks: TrackTable, t: int, course: Course | None, filtered: 
             filtered.support(tracks, t, course, dt)
         return 0
     travelled = abs(complex(*(position - tracks.contradicted_from[t]).tolist()))
-    if travelled > orientation.way_needed(quarters, tracks.seen_size[t]):
+    if travelled > orientation.way_needed(quarters, tracks.visible_size[t]):
         tracks.oriented[t] = True
         return quarters
     return 0

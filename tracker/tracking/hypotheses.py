@@ -15,7 +15,7 @@ from luxloop.tracker.tracking.track_table import TrackTable
 from luxloop.tracker.vehicle_classes import FACE_MIN_M
 
 COMPLETE_FRACTION = 0.85
-"""A side is complete if this share of it is visible; rounded corners hide the rest."""
+"""A side is complete if this fraction of it is visible; rounded corners hide the rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,28 +109,26 @@ class Hypotheses:
     """(T, B, M, 2) as `innovation`, for a vehicle that extends over the whole of its assumed size: for the gate [m]."""
 
 
-def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfig) -> Hypotheses:
+def hypothesise(tracks: Predictions, boxes: Observations, config: HypothesisConfig) -> Hypotheses:
     """Interpret each of B boxes as each of T tracks; the track's heading identifies length, width, front and rear.
 
     On axes with a visible end, the near end of the box is that of the vehicle. On other axes the box may be a piece of
     the side, truncated by an occluder or a gap between units: the innovation is only the part of the piece that
-    protrudes from the
-    known extent of the vehicle. Models are evaluated at the time of the box.
+    protrudes from the known extent of the vehicle. Models are evaluated at the time of the box.
 
-    `innovation_lenient` is the innovation under the smallest error of the size: the vehicle extends over the whole
-    of its assumed
-    size, and either end of a longer box may be that of the vehicle.
+    `innovation_lenient` is the innovation under the smallest error of the size: the vehicle extends over the whole of
+    its assumed size, and either end of a longer box may be that of the vehicle.
 
     The corner to track is the nearest one, with a hysteresis of `corner_margin_m`. Within the margin both corners are
     equally visible, and a change would cost accuracy. The track does not change to an end that is not visible now and
     was never visible, because the position of that end is unknown.
     """
-    heading, size, near, cut = turned_views(tracks.heading, seen.heading, seen.size, seen.corner_sign, seen.cut)
+    heading, size, near, cut = turned_views(tracks.heading, boxes.heading, boxes.size, boxes.corner_sign, boxes.cut)
     end_visible, corner_sign, innovation, innovation_lenient, faceless, ambiguity = interpret_pairs(
         (tracks.position, tracks.velocity, tracks.probability.argmax(axis=1)),
         tracks.heading,
         (tracks.size, tracks.known_size, tracks.corner_sign),
-        (seen.center, seen.time_offset, seen.sensor),
+        (boxes.center, boxes.time_offset, boxes.sensor),
         (heading, size, near, cut),
         (config.corner_margin_m, config.end_std_m),
     )
@@ -139,7 +137,7 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
         size=size,
         untruncated=uncut(cut),
         innovation=innovation,
-        covariance=seen.covariance[:, :2, :2] + faceless,
+        covariance=boxes.covariance[:, :2, :2] + faceless,
         ambiguity=ambiguity,
         corner_sign=corner_sign,
         end_visible=end_visible,
@@ -287,11 +285,11 @@ def set_innovations(
     each (2,).
     """
     end_visible = box[2]
-    along, reached_along = axis_errors(offset.real, half.real, 0, box, track)
-    across, reached_across = axis_errors(offset.imag, half.imag, 1, box, track)
-    turned, turned_reach = heading * complex(along, across), heading * complex(reached_along, reached_across)
+    along, lenient_along = axis_errors(offset.real, half.real, 0, box, track)
+    across, lenient_across = axis_errors(offset.imag, half.imag, 1, box, track)
+    turned, turned_lenient = heading * complex(along, across), heading * complex(lenient_along, lenient_across)
     innovation[0], innovation[1] = turned.real, turned.imag
-    innovation_lenient[0], innovation_lenient[1] = turned_reach.real, turned_reach.imag
+    innovation_lenient[0], innovation_lenient[1] = turned_lenient.real, turned_lenient.imag
     return not end_visible[0] and along == 0.0, not end_visible[1] and across == 0.0
 
 
@@ -300,20 +298,19 @@ def ends(
     center: complex,
     heading: complex,
     track: tuple[Floats, Floats, Ints],
-    box: tuple[Floats, Ints, Bools],
-    place: complex,
-    sensor: complex,
-    settings: tuple[float, float],
+    box: tuple[Floats, Ints, Bools, complex, complex],
+    margin_m: float,
     end_visible: Bools,
     corner: Ints,
 ) -> None:
-    """Write the mask (2,) of visible near ends of a box at a place, and the signs (2,) of the corner to track.
+    """Write the mask (2,) of visible near ends of a box, and the signs (2,) of the corner to track.
 
-    The track has a size, a known size and tracked signs, each (2,), and the box a size (2,), near signs (2,) and cut
-    ends (4,). The track does not change to an end that is not visible now and was never visible.
+    The track has a size, a known size and tracked signs, each (2,). The box has a size (2,), near signs (2,), cut ends
+    (4,), a position, and that of the sensor. The track does not change to an end that is not visible now and was never
+    visible.
     """
-    (whole, known, tracked), (size, near, cut), (margin_m, _) = track, box, settings
-    from_center = (place - center) * heading.conjugate()
+    (whole, known, tracked), (size, near, cut, position, sensor) = track, box
+    from_center = (position - center) * heading.conjugate()
     moves = moves_corner(center, heading, tracked, near, whole, sensor, margin_m)
     for axis in range(2):
         offset = from_center.imag if axis else from_center.real
@@ -362,17 +359,17 @@ def interpret_pairs(
         center = complex(position[t, best[t], 0], position[t, best[t], 1]) - to_corner
         for b in range(shape[1]):
             place, own = complex(box[b, 0], box[b, 1]), box_size[t, b]
-            eye, view = complex(sensor[b, 0], sensor[b, 1]), (own, near[t, b], cut[t, b])
-            ends(center, along, track, view, place, eye, settings, end_visible[t, b], corner[t, b])
+            view = own, near[t, b], cut[t, b], place, complex(sensor[b, 0], sensor[b, 1])
+            ends(center, along, track, view, settings[0], end_visible[t, b], corner[t, b])
             half = 0.5 * complex(near[t, b, 0] * own[0], near[t, b, 1] * own[1])
             half *= cmath.rect(1.0, box_heading[t, b] - heading[t])
-            free_along, free_across, seen = True, True, (own, view[1], end_visible[t, b])
+            free_along, free_across, view_ends = True, True, (own, view[1], end_visible[t, b])
             for m in range(count):
                 moved = complex(velocity[t, m, 0], velocity[t, m, 1]) * time_offset[b]
                 offset = place - (complex(position[t, m, 0], position[t, m, 1]) - to_corner) - moved
                 offset *= along.conjugate()
                 free = set_innovations(
-                    innovation[t, b, m], innovation_lenient[t, b, m], offset, half, along, seen, track
+                    innovation[t, b, m], innovation_lenient[t, b, m], offset, half, along, view_ends, track
                 )
                 free_along, free_across = free_along and free[0], free_across and free[1]
             end_variance = settings[1] ** 2

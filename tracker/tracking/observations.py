@@ -1,12 +1,14 @@
 """Boxes in the odometry frame, with noise floors."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.tracker.compiled import kernel
 from luxloop.tracker.geometry import rotate
-from luxloop.tracker.kernels.odometry import placed, turned_covariances
+from luxloop.tracker.kernels import placed
 from luxloop.tracker.records import Boxes
 from luxloop.tracker.tracking.filters import FilterConfig
 
@@ -67,3 +69,20 @@ def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observ
         time_offset=boxes.time_offset,
         sensor=placed(boxes.viewpoint_ego, ego_pose_odom),
     )
+
+
+@kernel()
+def turned_covariances(covariance: Floats, yaw: float, floors: tuple[float, float]) -> Floats:
+    """(B, 3, 3) covariances of x, y and heading, turned by a yaw angle, plus variances of position and heading."""
+    x, y = math.cos(yaw), math.sin(yaw)
+    turned = np.empty((len(covariance), 3, 3))
+    for b in range(len(covariance)):
+        xx, xy, yy = covariance[b, 0, 0], covariance[b, 0, 1], covariance[b, 1, 1]
+        xh, yh = covariance[b, 0, 2], covariance[b, 1, 2]
+        turned[b, 0, 0] = x * x * xx - 2.0 * x * y * xy + y * y * yy + floors[0]
+        turned[b, 1, 1] = y * y * xx + 2.0 * x * y * xy + x * x * yy + floors[0]
+        turned[b, 0, 1] = turned[b, 1, 0] = x * y * (xx - yy) + (x * x - y * y) * xy
+        turned[b, 0, 2] = turned[b, 2, 0] = x * xh - y * yh
+        turned[b, 1, 2] = turned[b, 2, 1] = y * xh + x * yh
+        turned[b, 2, 2] = covariance[b, 2, 2] + floors[1]
+    return turned

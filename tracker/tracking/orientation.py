@@ -38,11 +38,6 @@ def turn_size(size: Floats, quarters: int) -> Floats:
     return size[::-1].copy() if quarters % 2 else size
 
 
-def turn_sides(size: Floats, whole: Bools, quarters: int) -> tuple[Floats, Bools]:
-    """Return the same sides and masks (2,) in a frame turned by `quarters`."""
-    return (size[::-1].copy(), whole[::-1].copy()) if quarters % 2 else (size, whole)
-
-
 def shape_log_odds(size: Floats, whole: Bools) -> float:
     """Return the log-odds of a view of two sides (2,) [m] that the first one is the length; `whole` (2,) is a mask."""
     return length_log_odds(size, whole, FACE_MIN_M, TRUNCATED_PROBABILITY)

@@ -38,7 +38,7 @@ def predict(tracks: TrackTable, motion: Motion, selection: ModelSelection, confi
         own = [with_turn(motion, turn) for turn in turns(tracks)]
     heading_filter(config.filters).predict(tracks, motion, corner.speeds(tracks), turning)
     of_banks = stacked(bank_motions(tracks, own, config))
-    tracks.unseen_s += motion.dt
+    tracks.unobserved_s += motion.dt
     tracks.age_s += motion.dt
     wait(tracks, motion.dt, config)
     alone = stacked(own)
@@ -92,11 +92,11 @@ def wait(tracks: TrackTable, dt: float, config: TrackConfig) -> None:
 
     A tentative track counts the time that it was not seen before this scan, `dt` [s] after the last one.
     """
-    for t, (status, unseen_s) in enumerate(zip(tracks.status.tolist(), tracks.unseen_s.tolist(), strict=True)):
+    for t, (status, unobserved_s) in enumerate(zip(tracks.status.tolist(), tracks.unobserved_s.tolist(), strict=True)):
         if status == TENTATIVE:
-            if unseen_s - dt > config.confirmation.tentative_coast_s:
+            if unobserved_s - dt > config.confirmation.tentative_coast_s:
                 tracks.status[t] = DEAD
-        elif existence(unseen_s, 1.0, config.existence) < config.existence.existence_min:
+        elif existence(unobserved_s, 1.0, config.existence) < config.existence.existence_min:
             tracks.status[t] = DEAD
-        elif unseen_s > config.confirmation.gap_s:
+        elif unobserved_s > config.confirmation.gap_s:
             tracks.status[t] = COASTING

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.geometry import inside, rotate
+from luxloop.tracker.geometry import rotate
+from luxloop.tracker.kernels import inside
 from luxloop.tracker.records import PREDICTION_S, SmallBoxes, Status, Tracks
 from luxloop.tracker.tracking import confirmation, small_tracks
 from luxloop.tracker.tracking.association import assign
@@ -144,7 +145,7 @@ class SmallObjects:
 
 def looks_small(vehicles: TrackTable) -> Bools:
     """(T,) mask of tracks of the vehicle stages that were never seen larger than a bicycle."""
-    length, width = vehicles.seen_size.T
+    length, width = vehicles.visible_size.T
     return np.asarray((length <= small_tracks.LENGTH_MAX_M) & (width <= small_tracks.WIDTH_MAX_M))
 
 
@@ -155,15 +156,15 @@ def is_small(vehicles: TrackTable) -> Bools:
 
 def is_large(vehicles: TrackTable) -> Bools:
     """(T,) mask of tracks of this frame that are probably of vehicles, because they were seen to be larger."""
-    longer = vehicles.seen_size.max(axis=1, initial=0.0) > small_tracks.LENGTH_MAX_M
+    longer = vehicles.visible_size.max(axis=1, initial=0.0) > small_tracks.LENGTH_MAX_M
     larger = np.where(vehicles.status == TENTATIVE, longer, ~looks_small(vehicles))  # axes may be swapped at first
-    return np.asarray(vehicles.seen & vehicles.alive & larger)
+    return np.asarray(vehicles.updated & vehicles.alive & larger)
 
 
 def cover(vehicles: TrackTable, points: Floats, margin_m: float) -> Bools:
     """(P, T) mask of points (P, 2) in the likely parts of vehicles, with a margin [m]."""
-    center, heading, size = vehicles.boxes(vehicles.likely_size)
-    return inside(points, center, heading, size + 2.0 * margin_m)
+    boxes = vehicles.boxes(vehicles.likely_size)
+    return inside(points, boxes.center, boxes.heading, boxes.size + 2.0 * margin_m)
 
 
 def _distinct(reported: Ints, own: Ints, confirmed: Bools) -> tuple[Ints, Bools]:

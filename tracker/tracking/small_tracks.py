@@ -41,7 +41,7 @@ SPEED_MIN_MPS = 0.5
 """Least speed at confirmation [m/s]; slow walkers do 0.7, two standard deviations below the mean."""
 
 STRAIGHT_MIN = 0.7
-"""Least distance from the first place, as a share of the way of the track's estimates: noise wanders."""
+"""Least distance from the first place, as a fraction of the way of the track's estimates: noise wanders."""
 
 CONFIRM_HITS = 8
 """Least number of observations for confirmation: a person walks `left_m` in 0.6 s, and parts of passing vehicles
@@ -117,14 +117,14 @@ class SmallTracks:
     """(K,) length of the way of the estimates since then [m]."""
     hits: Ints
     """(K,) observations."""
-    unseen_s: Floats
+    unobserved_s: Floats
     """(K,) time since the last observation [s]; 0 for tracks that were updated."""
     extent: Floats
     """(K, 2) smoothed visible extents along and across the velocity [m]."""
     longer: Floats
     """(K,) smoothed longer visible extent [m]."""
     rides: Floats
-    """(K,) smoothed share of the evidence for a bicycle, 0 to 1."""
+    """(K,) smoothed fraction of the evidence for a bicycle, 0 to 1."""
     status: Ints
     """(K,) `Status`."""
 
@@ -174,7 +174,7 @@ def start(boxes: SmallBoxes, first_id: int) -> SmallTracks:
         birthplace=boxes.center.copy(),
         way_m=np.zeros(count),
         hits=np.ones(count, dtype=np.int64),
-        unseen_s=np.zeros(count),
+        unobserved_s=np.zeros(count),
         extent=extent,
         longer=longer,
         rides=(longer > RIDER_EXTENT_M).astype(np.float64),
@@ -192,7 +192,7 @@ def predict(tracks: SmallTracks, dt: float) -> None:
     transition, noise = _motion(dt, 2.0 * ACCELERATION_STD_MPS2**2 * ACCELERATION_TIME_S)
     tracks.mean = tracks.mean @ transition.T
     tracks.covariance = transition @ tracks.covariance @ transition.T + noise
-    tracks.unseen_s += dt
+    tracks.unobserved_s += dt
 
 
 @lru_cache(maxsize=8)
@@ -221,11 +221,11 @@ def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints) -> None
     gain = covariance[:, :, :2] @ np.linalg.inv(spread)
     mean = old + (gain @ residual[:, :, None])[:, :, 0]
     covariance = covariance - gain @ spread @ gain.swapaxes(1, 2)
-    since = mean[:, :2] - old[:, :2] + tracks.unseen_s[row, None] * old[:, 2:]
+    since = mean[:, :2] - old[:, :2] + tracks.unobserved_s[row, None] * old[:, 2:]
     tracks.mean[row], tracks.covariance[row] = mean, 0.5 * (covariance + covariance.swapaxes(1, 2))
     tracks.way_m[row] += np.hypot(since[:, 0], since[:, 1])
     tracks.hits[row] += 1
-    tracks.unseen_s[row] = 0.0
+    tracks.unobserved_s[row] = 0.0
     longer, rider = size.max(axis=1, initial=0.0), np.hypot(mean[:, 2], mean[:, 3]) > RIDER_SPEED_MPS
     extent = _extents(size, boxes.heading[box] - np.arctan2(mean[:, 3], mean[:, 2]))
     new = (tracks.extent, extent), (tracks.longer, longer), (tracks.rides, (longer > RIDER_EXTENT_M) | rider)
@@ -239,11 +239,11 @@ def settle(tracks: SmallTracks) -> None:
     moved = np.hypot(way[:, 0], way[:, 1])
     left = (speed > SPEED_MIN_MPS) & (moved > LEFT_M) & (moved > STRAIGHT_MIN * tracks.way_m)
     fits = (tracks.longer <= LENGTH_MAX_M) & (tracks.extent[:, 1] <= WIDTH_MAX_M)
-    shown = left & (tracks.hits >= CONFIRM_HITS) & (tracks.unseen_s == 0.0)
+    shown = left & (tracks.hits >= CONFIRM_HITS) & (tracks.unobserved_s == 0.0)
     confirmed = fits & ((tracks.status != Status.TENTATIVE.value) | shown)
     tracks.status[:] = np.where(confirmed, int(Status.CONFIRMED), int(Status.TENTATIVE))
-    tracks.status[confirmed & (tracks.unseen_s > GAP_S)] = int(Status.COASTING)
-    tracks.status[tracks.unseen_s > np.where(confirmed, COAST_S, TENTATIVE_COAST_S)] = int(Status.DEAD)
+    tracks.status[confirmed & (tracks.unobserved_s > GAP_S)] = int(Status.COASTING)
+    tracks.status[tracks.unobserved_s > np.where(confirmed, COAST_S, TENTATIVE_COAST_S)] = int(Status.DEAD)
 
 
 def _extents(size: Floats, turn: Floats) -> Floats:

@@ -5,9 +5,9 @@ from typing import Protocol
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.geometry import QUARTER, inside, rotate_one, variance_along, wrap
+from luxloop.tracker.geometry import QUARTER, rotate_one, variance_along, wrap
 from luxloop.tracker.merging import MergeConfig, RigidPairs, fits, hull, may_be_one, one_vehicle
-from luxloop.tracker.records import NO_TRACK
+from luxloop.tracker.records import NO_TRACK, OrientedBoxes
 from luxloop.tracker.tracking import confirmation, correction, heading, orientation, vehicle_size
 from luxloop.tracker.tracking.corner import end_variance
 from luxloop.tracker.tracking.filters import initial_filters
@@ -24,7 +24,7 @@ class TrackManagement(Protocol):
     """Start, confirmation, merging and termination of tracks."""
 
     def manage(
-        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, after their updates.
 
@@ -32,7 +32,7 @@ class TrackManagement(Protocol):
         ----------
         tracks
             All tracks of this frame; changed in place.
-        seen
+        observations
             The B boxes of this frame.
         track_id
             (B,) track of each box, `NO_TRACK` for none. Ids of new tracks are written into it.
@@ -58,7 +58,7 @@ class DefaultTrackManagement:
         self._next_id = 0
 
     def manage(
-        self, tracks: TrackTable, seen: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
         every, flow = np.arange(len(tracks)), self.flow(tracks, forward)
@@ -67,7 +67,9 @@ class DefaultTrackManagement:
         self.couple(tracks)
         self.merge(tracks, every, selection)
         self.remove_duplicates(tracks, every)
-        return self.start(tracks, self.newcomers(tracks, seen, track_id), seen, track_id, flow, selection)
+        return self.start(
+            tracks, self.newcomers(tracks, observations, track_id), observations, track_id, flow, selection
+        )
 
     def flow(self, tracks: TrackTable, forward: float) -> TrafficFlow:
         """Return the tracks whose direction is known, beside an ego of heading `forward` [rad]."""
@@ -80,8 +82,8 @@ class DefaultTrackManagement:
         Motion has precedence, unless the vehicle is too wide.
         """
         filtered = heading.heading_filter(self._config.filters)
-        for t in np.flatnonzero(tracks.seen).tolist():
-            moved = tracks.oriented[t] and tracks.seen_size[t, 1] <= WIDE_M
+        for t in np.flatnonzero(tracks.updated).tolist():
+            moved = tracks.oriented[t] and tracks.visible_size[t, 1] <= WIDE_M
             if moved or correction.course_of(tracks, t, filtered) is not None:
                 tracks.axis_log_odds[t] = np.inf
                 continue
@@ -96,58 +98,57 @@ class DefaultTrackManagement:
         """Confirm or refute the tracks that were seen; terminate those that are too large."""
         settings = self._config.confirmation
         least = confirmation.log_odds(settings.confirm_probability)
-        for t in np.flatnonzero(tracks.seen & tracks.alive).tolist():
+        for t in np.flatnonzero(tracks.updated & tracks.alive).tolist():
             odds = confirmation.vehicle_odds(tracks, t)
             sure = tracks.axis_log_odds[t] >= orientation.TURN_LOG_ODDS
             if sure and tracks.hits[t] >= settings.confirm_hits and odds >= least:
                 tracks.status[t] = CONFIRMED
             elif odds <= -least:
                 tracks.status[t] = TENTATIVE
-            if tracks.seen_size[t].min() > WIDEST_M:
+            if tracks.visible_size[t].min() > WIDEST_M:
                 tracks.status[t] = DEAD
 
     def couple(self, tracks: TrackTable) -> None:
         """Observe which tracks move as one rigid body."""
-        visible = tracks.subset(tracks.seen)
-        self._rigid.observe(visible.id.tolist(), visible.pieces())
+        visible = tracks.subset(tracks.updated)
+        self._rigid.observe(visible.id.tolist(), visible.boxes(visible.visible_size))
 
     def merge(self, tracks: TrackTable, rows: Ints, selection: ModelSelection) -> None:
         """Merge those of the tracks `rows` that follow pieces of one vehicle; the one with more observations stays."""
-        rows = rows[tracks.seen[rows]]
+        rows = rows[tracks.updated[rows]]
         confirmed = tracks.confirmed_now
         ranked = rows[np.lexsort((-tracks.hits[rows], ~confirmed[rows]))]
-        seen, id = tracks.subset(ranked).pieces(), tracks.id[ranked].tolist()
-        for a, b in may_be_one(seen):
+        pieces, id = visible_parts(tracks, ranked), tracks.id[ranked].tolist()
+        for a, b in may_be_one(pieces):
             alive = (tracks.status[ranked[[a, b]]] != DEAD).all()
-            together = one_vehicle(seen, a, b, self._merging) or self._rigid.rigid(id[a], id[b])
-            still_fits = fits(seen, a, b)  # pieces that were merged before have grown
+            together = one_vehicle(pieces, a, b, self._merging) or self._rigid.rigid(id[a], id[b])
+            still_fits = fits(pieces, a, b)  # pieces that were merged before have grown
             if alive and confirmed[ranked[a]] and together and still_fits:
-                correction.absorb(tracks, ranked.item(a), *hull(seen, a, b), selection, self._config)
+                correction.absorb(tracks, ranked.item(a), *hull(pieces, a, b), selection, self._config)
                 tracks.status[ranked[b]] = DEAD
-                seen = tracks.subset(ranked).pieces()
+                pieces = visible_parts(tracks, ranked)
 
     def remove_duplicates(self, tracks: TrackTable, rows: Ints) -> None:
         """Terminate those of the tracks `rows` inside the box of a confirmed one; of two confirmed, the older stays."""
         now = tracks.confirmed_now[rows]
         rows, confirmed = np.concatenate([rows[now], rows[~now]]), int(now.sum())
         ranked = tracks.subset(rows)
-        center, *_ = ranked.boxes(ranked.seen_size)
-        vehicles = ranked.subset(np.arange(confirmed))
-        rank, taken_by = np.nonzero(inside(center, *vehicles.boxes(vehicles.likely_size)))
+        visible, vehicles = ranked.boxes(ranked.visible_size), ranked.subset(np.arange(confirmed))
+        rank, taken_by = np.nonzero(vehicles.within(visible.center))
         tracks.status[rows[rank[taken_by < rank]]] = DEAD  # only those before a track take its place
 
-    def newcomers(self, tracks: TrackTable, seen: Observations, track_id: Ints) -> Bools:
+    def newcomers(self, tracks: TrackTable, observations: Observations, track_id: Ints) -> Bools:
         """(B,) mask of boxes that start a track: assigned to none, and outside the boxes of confirmed tracks."""
         free = track_id == NO_TRACK
         if free.any():
-            free &= ~tracks.subset(tracks.status == CONFIRMED).within(seen.center).any(axis=1)
+            free &= ~tracks.subset(tracks.status == CONFIRMED).within(observations.center).any(axis=1)
         return np.asarray(free)
 
     def start(
         self,
         tracks: TrackTable,
         newcomers: Bools,
-        seen: Observations,
+        observations: Observations,
         track_id: Ints,
         flow: TrafficFlow,
         selection: ModelSelection,
@@ -157,7 +158,7 @@ class DefaultTrackManagement:
         Their ids are written into `track_id` (B,).
         """
         boxes = np.flatnonzero(newcomers).tolist()
-        started = [new_track(seen, b, self._next_id + k, flow, self._config) for k, b in enumerate(boxes)]
+        started = [new_track(observations, b, self._next_id + k, flow, self._config) for k, b in enumerate(boxes)]
         track_id[newcomers] = self._next_id + np.arange(len(started))
         self._next_id += len(started)
         joined = tracks.joined(started)
@@ -168,32 +169,41 @@ class DefaultTrackManagement:
         return joined
 
 
-def new_track(seen: Observations, b: int, id: int, flow: TrafficFlow, config: TrackConfig) -> TrackTable:
+def visible_parts(tracks: TrackTable, rows: Ints) -> OrientedBoxes:
+    """Return the visible parts of the vehicles of `rows`."""
+    of_rows = tracks.subset(rows)
+    return of_rows.boxes(of_rows.visible_size)
+
+
+def new_track(boxes: Observations, b: int, id: int, flow: TrafficFlow, config: TrackConfig) -> TrackTable:
     """Return a table of one tentative track of box `b`, in its likeliest direction beside the vehicles of `flow`."""
-    shape = orientation.shape_log_odds(seen.size[b], seen.untruncated[b])
-    turns = orientation.likeliest_turns(shape, seen.center[b], float(seen.heading[b]), flow, least=0.0)
-    size, near = orientation.turn_size(seen.size[b], turns), orientation.turn_sign(seen.corner_sign[b], turns)
-    cut = np.concatenate([seen.cut[b, turns:], seen.cut[b, :turns]])
-    yaw, untruncated = wrap(float(seen.heading[b]) + turns * QUARTER), uncut(cut)
+    shape = orientation.shape_log_odds(boxes.size[b], boxes.untruncated[b])
+    turns = orientation.likeliest_turns(shape, boxes.center[b], float(boxes.heading[b]), flow, least=0.0)
+    size, near = (
+        orientation.turn_size(boxes.size[b], turns),
+        orientation.turn_sign(boxes.corner_sign[b], turns),
+    )
+    cut = np.concatenate([boxes.cut[b, turns:], boxes.cut[b, :turns]])
+    yaw, untruncated = wrap(float(boxes.heading[b]) + turns * QUARTER), uncut(cut)
     likelihood, of_pieces, views, usual, size_std = vehicle_size.first_view(size, untruncated)
-    covariance = seen.covariance[b, :2, :2]
+    covariance = boxes.covariance[b, :2, :2]
     known = shows_end(size, near, cut, usual), variance_along(covariance, yaw)
     variance = np.where(*known, end_variance(2.0 * size_std, config.corner))
-    position = seen.center[b] + rotate_one(0.5 * seen.corner_sign[b] * seen.size[b], seen.heading.item(b))
+    position = boxes.center[b] + rotate_one(0.5 * boxes.corner_sign[b] * boxes.size[b], boxes.heading.item(b))
     track = empty(config.filters.models, rows=1)
-    filters = initial_filters(position, covariance, config.filters)
-    turn = heading.Turn.start(yaw, float(seen.covariance[b, 2, 2]), 0.0)
+    mean, spread = initial_filters(position, covariance, config.filters)
+    turn = heading.Turn.start(yaw, float(boxes.covariance[b, 2, 2]), 0.0)
     heading.write(track.yaw, track.yaw_covariance, 0, turn)
     columns: dict[str, Floats | Ints | float] = {
-        "id": id, "hits": 1, "status": TENTATIVE, "first_offset_s": float(seen.time_offset[b]),
-        "mean": filters.mean, "covariance": filters.covariance, "probability": 1.0 / len(config.filters.models),
-        "independent_mean": filters.mean, "independent_covariance": filters.covariance,
-        "corner_sign": near, "corner_variance": variance, "contradicted_from": position, "seen_size": size,
+        "id": id, "hits": 1, "status": TENTATIVE, "first_offset_s": float(boxes.time_offset[b]),
+        "mean": mean, "covariance": spread, "probability": 1.0 / len(config.filters.models),
+        "independent_mean": mean, "independent_covariance": spread,
+        "corner_sign": near, "corner_variance": variance, "contradicted_from": position, "visible_size": size,
         "size_likelihood": likelihood, "piece_likelihood": of_pieces, "size_views": views, "size": usual,
         "size_std": size_std, "prior_log_odds": confirmation.log_odds(config.confirmation.vehicle_prior),
     }  # fmt: skip
     for name, value in columns.items():
         getattr(track, name)[0] = value
     heading.observe_sides(track, 0, size, untruncated)
-    confirmation.count_view(track, 0, size, untruncated, bool(seen.flat[b]))
+    confirmation.count_view(track, 0, size, untruncated, bool(boxes.flat[b]))
     return track

@@ -40,7 +40,7 @@ class TrackObservations:
         return len(self.row)
 
 
-def assigned(hypotheses: Hypotheses, seen: Observations, pairs: list[tuple[int, int]]) -> TrackObservations:
+def assigned(hypotheses: Hypotheses, observations: Observations, pairs: list[tuple[int, int]]) -> TrackObservations:
     """Return the boxes of pairs (track, box) as observations of their tracks."""
     row, b = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     return TrackObservations(
@@ -48,11 +48,11 @@ def assigned(hypotheses: Hypotheses, seen: Observations, pairs: list[tuple[int, 
         innovation=hypotheses.innovation[row, b],
         covariance=hypotheses.covariance[row, b] + hypotheses.ambiguity[row, b],
         heading=hypotheses.heading[row, b],
-        heading_variance=seen.covariance[b, 2, 2],
+        heading_variance=observations.covariance[b, 2, 2],
         size=hypotheses.size[row, b],
         end_visible=hypotheses.end_visible[row, b],
         untruncated=hypotheses.untruncated[row, b],
-        flat=seen.flat[b],
+        flat=observations.flat[b],
         corner_sign=hypotheses.corner_sign[row, b],
-        time_offset=seen.time_offset[b],
+        time_offset=observations.time_offset[b],
     )

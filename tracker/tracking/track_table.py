@@ -1,5 +1,6 @@
 """All tracked vehicles as one table of arrays: every stage of tracking reads and changes its columns in place."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from operator import attrgetter
@@ -8,16 +9,12 @@ from typing import Any
 import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.geometry import inside
-from luxloop.tracker.kernels.boxes import centers
-from luxloop.tracker.merging import Pieces
-from luxloop.tracker.records import NO_MODEL, Status
+from luxloop.tracker.compiled import kernel
+from luxloop.tracker.kernels import inside
+from luxloop.tracker.records import NO_MODEL, OrientedBoxes, Status
 from luxloop.tracker.tracking.corner import rotated
 from luxloop.tracker.tracking.vehicle_size import known, likely
 from luxloop.tracker.vehicle_classes import CAR_LONGEST_M, GRID_M, WIDE_M
-
-Boxes = tuple[Floats, Floats, Floats]
-"""Centres (T, 2) [m], headings (T,) [rad] and sizes (T, 2) [m], odometry frame."""
 
 
 @dataclass(slots=True, eq=False)
@@ -35,7 +32,7 @@ class TrackTable:
     """(T,) `Status`."""
     hits: Ints
     """(T,) observations."""
-    unseen_s: Floats
+    unobserved_s: Floats
     """(T,) time since the last observation [s]; 0 for tracks that were updated in this frame."""
     age_s: Floats
     """(T,) time since the first observation [s]."""
@@ -93,7 +90,7 @@ class TrackTable:
     """(T, 2, G) mean log-likelihoods of the truncated views: all of them together have the evidence of one."""
     size_views: Ints
     """(T, 2, 2) numbers of all views and of truncated ones, by side."""
-    seen_size: Floats
+    visible_size: Floats
     """(T, 2) seen length and width [m]."""
     whole_views: Ints
     """(T, 2) numbers of views of length and width from end to end."""
@@ -131,9 +128,9 @@ class TrackTable:
         return TrackTable(self.models, *[np.concatenate(column) for column in zip(*parts, strict=True)])
 
     @property
-    def seen(self) -> Bools:
+    def updated(self) -> Bools:
         """(T,) mask of tracks that were updated in this frame."""
-        return np.asarray(self.unseen_s == 0.0)
+        return np.asarray(self.unobserved_s == 0.0)
 
     @property
     def alive(self) -> Bools:
@@ -143,7 +140,7 @@ class TrackTable:
     @property
     def confirmed_now(self) -> Bools:
         """(T,) mask of tracks that are confirmed and were updated in this frame."""
-        return np.asarray((self.status == CONFIRMED) & self.seen)
+        return np.asarray((self.status == CONFIRMED) & self.updated)
 
     @property
     def model(self) -> Ints:
@@ -171,12 +168,12 @@ class TrackTable:
     @property
     def known_size(self) -> Floats:
         """(T, 2) part of length and width that is known to exist, from the tracked corner on [m]."""
-        return known(self.seen_size, self.size)
+        return known(self.visible_size, self.size)
 
     @property
     def likely_size(self) -> Floats:
         """(T, 2) part of length and width that probably exists, from the tracked corner on [m]."""
-        return likely(self.seen_size, self.size, self.size_std)
+        return likely(self.visible_size, self.size, self.size_std)
 
     @property
     def corner_error(self) -> Floats:
@@ -191,25 +188,23 @@ class TrackTable:
     @property
     def long(self) -> Bools:
         """(T,) mask of vehicles that are longer than a car."""
-        return np.asarray(self.seen_size.max(axis=1, initial=0.0) > CAR_LONGEST_M)
+        return np.asarray(self.visible_size.max(axis=1, initial=0.0) > CAR_LONGEST_M)
 
     @property
     def shows_direction(self) -> Bools:
         """(T,) mask of vehicles whose direction is known: confirmed by motion, or by the length of a side."""
-        return np.asarray((self.oriented | (self.seen_size[:, 0] > WIDE_M)) & (self.status == CONFIRMED))
+        return np.asarray((self.oriented | (self.visible_size[:, 0] > WIDE_M)) & (self.status == CONFIRMED))
 
-    def boxes(self, size: Floats) -> Boxes:
+    def boxes(self, size: Floats) -> OrientedBoxes:
         """Return the boxes of `size` (T, 2) [m] at the tracked corners."""
         heading = self.heading.copy()
-        return centers(self.estimate[:, :2].copy(), self.corner_sign, heading, size), heading, size
+        center = centers(self.estimate[:, :2].copy(), self.corner_sign, heading, size)
+        return OrientedBoxes(center, heading, size, self.velocity, self.hits)
 
     def within(self, points: Floats) -> Bools:
         """(P, T) mask of points (P, 2) inside the likely parts of the vehicles."""
-        return inside(points, *self.boxes(self.likely_size))
-
-    def pieces(self) -> Pieces:
-        """Return the seen parts of the vehicles."""
-        return Pieces(*self.boxes(self.seen_size), self.velocity, self.hits)
+        boxes = self.boxes(self.likely_size)
+        return inside(points, boxes.center, boxes.heading, boxes.size)
 
 
 DEAD, CONFIRMED, COASTING, TENTATIVE = (
@@ -229,7 +224,7 @@ def empty(models: tuple[str, ...], rows: int = 0) -> TrackTable:
         "independent_mean": (m, 6), "independent_covariance": (m, 6, 6), "nis": (m,), "corner_sign": (2,),
         "corner_variance": (2,), "yaw": (2,), "yaw_covariance": (2, 2), "second_yaw": (2,),
         "second_covariance": (2, 2), "contradicted_from": (2,), "size": (2,), "size_std": (2,),
-        "size_likelihood": (2, g), "piece_likelihood": (2, g), "size_views": (2, 2), "seen_size": (2,),
+        "size_likelihood": (2, g), "piece_likelihood": (2, g), "size_views": (2, 2), "visible_size": (2,),
         "whole_views": (2,), "birthplace": (5,), "first_ends": (2, 2, 2),
     }  # fmt: skip
     columns: dict[str, Any] = {}
@@ -245,3 +240,15 @@ UNKNOWN = {"nis", "second_yaw", "birthplace", "first_ends"}
 
 DTYPES: dict[Any, type] = {Floats: np.float64, Ints: np.int64, Bools: np.bool_}
 """Types of columns by their annotation."""
+
+
+@kernel()
+def centers(corner: Floats, sign: Ints, heading: Floats, size: Floats) -> Floats:
+    """(B, 2) centres of boxes with corners (B, 2) of these signs (B, 2), headings (B,) and sizes (B, 2)."""
+    center = np.empty((len(heading), 2))
+    for b in range(len(heading)):
+        cos, sin = math.cos(heading[b]), math.sin(heading[b])
+        along, across = 0.5 * sign[b, 0] * size[b, 0], 0.5 * sign[b, 1] * size[b, 1]
+        center[b, 0] = corner[b, 0] - (cos * along - sin * across)
+        center[b, 1] = corner[b, 1] - (sin * along + cos * across)
+    return center

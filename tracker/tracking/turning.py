@@ -34,10 +34,10 @@ def turned_integrals(rate: float, end: float) -> tuple[complex, complex]:
 
 TURNING = frozenset(TURNING_MODELS)
 
-REAR_OVERHANG_SHARE = 0.2
-"""Distance of the rear axle from the rear end as a share of the length: about 0.9 m of a car's 4.5 m."""
+REAR_OVERHANG_FRACTION = 0.2
+"""Distance of the rear axle from the rear end as a fraction of the length: about 0.9 m of a car's 4.5 m."""
 
-NEGLIGIBLE_SHARE = 0.1
+NEGLIGIBLE_FRACTION = 0.1
 """Share of the jerk of constant acceleration below which that of a turn is omitted."""
 
 
@@ -65,7 +65,7 @@ def turning_among(models: tuple[str, ...]) -> bool:
 def axle_to_corner(corner_sign: Ints, size: Floats) -> complex:
     """Return the vector from the middle of the rear axle to a corner of a vehicle of size (2,), its own frame [m]."""
     (front, left), (length, width) = corner_sign.tolist(), size.tolist()
-    return complex((0.5 * front + (0.5 - REAR_OVERHANG_SHARE)) * length, 0.5 * left * width)
+    return complex((0.5 * front + (0.5 - REAR_OVERHANG_FRACTION)) * length, 0.5 * left * width)
 
 
 def motion_direction(velocity: complex, heading: float, yaw_rate: float, from_axle: complex) -> complex:
@@ -94,7 +94,7 @@ def with_turn(motion: Motion, turn: Turn) -> Motion:
 
 def straight(yaw_rate: float, velocity: complex, jerk_std_mps3: float) -> bool:
     """Return True if the jerk of a turn is negligible beside that of constant acceleration."""
-    return yaw_rate**2 * abs(velocity) < NEGLIGIBLE_SHARE * jerk_std_mps3
+    return yaw_rate**2 * abs(velocity) < NEGLIGIBLE_FRACTION * jerk_std_mps3
 
 
 def with_turning_acceleration(

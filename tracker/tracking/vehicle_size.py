@@ -78,8 +78,8 @@ def first_view(size: Floats, untruncated: Bools) -> tuple[Floats, Floats, Ints, 
 def observe_size(tracks: "TrackTable", t: int, observed: Floats, untruncated: Bools) -> None:
     """Update the size of a track by extents (2,) [m], with a mask (2,) of untruncated sides."""
     gains, growth = (GROWTH, SETTLED_GROWTH), (GROWN_MIN_M, CAR_LONGEST_M)
-    memory = tracks.seen_size[t], tracks.whole_views[t]
-    tracks.seen_size[t] = remembered_extents(*memory, observed, untruncated, gains, growth)
+    memory = tracks.visible_size[t], tracks.whole_views[t]
+    tracks.visible_size[t] = remembered_extents(*memory, observed, untruncated, gains, growth)
     posterior = tracks.size_likelihood[t], tracks.piece_likelihood[t], tracks.size_views[t]
     estimated = add_view_and_estimate(*posterior, observed, untruncated, HIDDEN_M)
     tracks.size[t], tracks.size_std[t] = estimated
@@ -87,7 +87,7 @@ def observe_size(tracks: "TrackTable", t: int, observed: Floats, untruncated: Bo
 
 def extend_size(tracks: "TrackTable", t: int, seen: Floats) -> None:
     """Set the seen extents (2,) [m] of a track to those of several pieces together, and exclude shorter sides."""
-    tracks.seen_size[t] = seen
+    tracks.visible_size[t] = seen
     weight, cut = np.full(2, LOG_ODDS_MAX), np.zeros(2, np.bool_)
     add_view(tracks.size_likelihood[t], seen, cut, weight, np.zeros(2), HIDDEN_M)
     tracks.size[t], tracks.size_std[t] = estimate(tracks.size_likelihood[t], tracks.piece_likelihood[t])
@@ -95,7 +95,7 @@ def extend_size(tracks: "TrackTable", t: int, seen: Floats) -> None:
 
 def swap_sides(tracks: "TrackTable", t: int) -> None:
     """Rename the sides of a track for a heading turned by a quarter."""
-    for column in (tracks.seen_size, tracks.whole_views, tracks.size_likelihood, tracks.piece_likelihood):
+    for column in (tracks.visible_size, tracks.whole_views, tracks.size_likelihood, tracks.piece_likelihood):
         column[t] = column[t, ::-1].copy()
     tracks.size_views[t] = tracks.size_views[t, :, ::-1].copy()
     tracks.size[t], tracks.size_std[t] = estimate(tracks.size_likelihood[t], tracks.piece_likelihood[t])
@@ -141,19 +141,19 @@ def remembered_extents(
 HIDDEN_STD_M = 0.12
 """Standard deviation of the part of a side that rounded corners hide [m]: bodies differ, and ends have few points."""
 
-SIZE_STD_SHARE = 0.02
-"""Standard deviation of an extent that grows with the side, as a share of it: errors of heading and beam spacing."""
+SIZE_STD_FRACTION = 0.02
+"""Standard deviation of an extent that grows with the side, as a fraction of it: errors of heading and beam spacing."""
 
-STD_M: Floats = np.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * GRID_M)
+STD_M: Floats = np.hypot(HIDDEN_STD_M, SIZE_STD_FRACTION * GRID_M)
 """(G,) standard deviation of the extent of each side of `GRID_M` [m]."""
 
 NEGLIGIBLE_SIGMA = 12.0
-"""Misfit in standard deviations beyond which a normal density is below the rounding errors of the other densities."""
+"""Difference in standard deviations beyond which a normal density is below the rounding errors of the others."""
 
 MARGIN_M = 0.1
 """Errors of range and heading by which a piece may exceed its side [m]."""
 
-WHOLE_SHARE = 0.3
+WHOLE_FRACTION = 0.3
 """Share of the sides that count as truncated, but are visible from end to end."""
 
 LOG_ODDS_MAX = 15.0
@@ -163,10 +163,10 @@ LOG_ODDS_MAX = 15.0
 @kernel()
 def whole_density(extent: float, g: int, hidden: float) -> float:
     """Density [1/m] of the visible extent [m] of a whole side `GRID_M[g]`, of which a part is `hidden` [m]."""
-    misfit = (extent - (GRID_M[g] - hidden)) / STD_M[g]
-    if abs(misfit) > NEGLIGIBLE_SIGMA:
+    off = (extent - (GRID_M[g] - hidden)) / STD_M[g]
+    if abs(off) > NEGLIGIBLE_SIGMA:
         return 0.0
-    return float(math.exp(-0.5 * misfit * misfit) / (STD_M[g] * math.sqrt(2.0 * math.pi)))
+    return float(math.exp(-0.5 * off * off) / (STD_M[g] * math.sqrt(2.0 * math.pi)))
 
 
 @kernel()
@@ -213,13 +213,13 @@ def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats)
         if gain[axis] == 0.0:
             continue
         for g in range(len(GRID_M)):
-            piece = (1.0 - WHOLE_SHARE) / GRID_M[g] if observed[axis] < GRID_M[g] + MARGIN_M else 0.0
+            piece = (1.0 - WHOLE_FRACTION) / GRID_M[g] if observed[axis] < GRID_M[g] + MARGIN_M else 0.0
             seen = whole_density(observed[axis], g, hidden[axis])
-            log_density = math.log(piece + WHOLE_SHARE * seen + MERGED_PROBABILITY / GRID_M[-1])
+            log_density = math.log(piece + WHOLE_FRACTION * seen + MERGED_PROBABILITY / GRID_M[-1])
             mean[axis, g] += gain[axis] * (log_density - mean[axis, g])
 
 
-SHARE, PRIOR = side_probabilities()
+CLASS_FRACTION, PRIOR = side_probabilities()
 
 
 @kernel()
@@ -262,7 +262,7 @@ def estimate(log_likelihood: Floats, of_pieces: Floats) -> tuple[Floats, Floats]
     for axis in range(2):
         for g in range(len(GRID_M)):
             likelihood[axis, g] = math.exp(log_likelihood[axis, g] + of_pieces[axis, g])
-    probability = posterior(likelihood, SHARE, PRIOR)
+    probability = posterior(likelihood, CLASS_FRACTION, PRIOR)
     size, std = np.empty(2), np.empty(2)
     for axis in range(2):
         size[axis] = side_of_greatest_overlap(probability[axis])

@@ -78,7 +78,7 @@ def test_normal_equations_equal_the_reference(seed, scale):
     prior = np.random.default_rng(seed).uniform(0.1, 0.5, (2, 5))
     bowed_faces.residuals(bowed_faces.Beams(*points.T.copy(), *ray.T.copy()), state, side, SHAPE, found)
     start = body_fit.line_starts(line)
-    bowed_faces.normal_equations(start, state, side, prior, scale, SHAPE, found, *ours)
+    bowed_faces.normal_equations(start, state, side, prior, scale, SHAPE, found, ours)
     information, gradient = naive_bodies.normal_equations(points, ray, line, state, side, prior, scale, SHAPE)
     size = np.sqrt(np.outer(np.diag(information), np.diag(information)))
     np.testing.assert_allclose(ours[0] / size, np.tril(information) / size, atol=1e-6)

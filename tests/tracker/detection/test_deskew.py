@@ -9,11 +9,11 @@ from support.shapes import Car, scan_car
 
 from luxloop.sim.scripted.motions import Arc, Straight, state_at
 from luxloop.tracker.detection.boxes import BoxConfig, build
-from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, twist, undo_targets
+from luxloop.tracker.detection.deskew import DeskewConfig, EgoMotion, twist, undo_targets
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.geometry import rotate
-from luxloop.tracker.records import NOT_USED, Candidates, Linkage, Segments, Status
+from luxloop.tracker.records import NOT_USED, Candidates, Linkage, OrientedBoxes, Segments, Status
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import Tracker, TrackerConfig
 
@@ -113,7 +113,9 @@ def test_scans_of_the_same_time_are_not_deskewed():
 def movers(*boxes):
     """Return tracks (x, y, heading, vx, vy) of cars."""
     table = np.array(boxes, dtype=float).reshape(-1, 5)
-    return Movers(table[:, :2], table[:, 2], np.tile([4.6, 1.8], (len(table), 1)), table[:, 3:])
+    count = len(table)
+    sizes, hits = np.tile([4.6, 1.8], (count, 1)), np.full(count, 9)
+    return OrientedBoxes(table[:, :2], table[:, 2], sizes, table[:, 3:], hits)
 
 
 def test_points_of_a_track_are_moved_to_the_time_of_the_scan():

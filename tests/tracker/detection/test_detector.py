@@ -6,10 +6,9 @@ from support import short_run
 from support.shapes import l_shape
 from support.stages import one_segment
 
-from luxloop.tracker.detection.deskew import Movers
 from luxloop.tracker.detection.detector import Detector, DetectorConfig, sorted_points
 from luxloop.tracker.detection.preprocess import PreprocessConfig
-from luxloop.tracker.records import MODELS, Segments, Status, StepTrace, Tracks
+from luxloop.tracker.records import MODELS, OrientedBoxes, Segments, Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import Tracker, TrackerConfig
 from luxloop.tracker.tracking.filters import FilterConfig
@@ -40,7 +39,8 @@ def test_the_trace_of_the_tracker_contains_the_detection():
 
 def test_target_motion_is_compensated_for_movers():
     (scan,) = scans(1)
-    car = Movers(np.array([[12.25, 5.9]]), np.zeros(1), np.array([[4.5, 1.8]]), np.array([[5.0, 0.0]]))
+    size, velocity = np.array([[4.5, 1.8]]), np.array([[5.0, 0.0]])
+    car = OrientedBoxes(np.array([[12.25, 5.9]]), np.zeros(1), size, velocity, np.array([9]))
     found = Detector().step(scan, car)
     np.testing.assert_allclose(found.boxes.corner_ego, [[10.0, 5.0]], atol=0.01)
     np.testing.assert_allclose(np.sort(found.boxes.size), [[1.8, 4.5]], atol=0.02)  # headings are modulo a quarter turn

@@ -88,7 +88,7 @@ def test_box_points_equal_the_reference(seed):
     order, start = by_group(label, 4)
     spans = np.stack([start[:-1], start[1:]], axis=1)
     by_box = (values.take(order, axis=0) for values in (points, *of_points))
-    found = box_points(*by_box, spans, center, heading, size, 0.3)
+    found = box_points(*by_box, spans, (center, heading, size), 0.3)
     for b in range(4):
         box = center[b], heading[b], size[b]
         twin = naive.box_points(points, *of_points, np.flatnonzero(label == b), *box, 0.3)

@@ -52,7 +52,7 @@ class Judge:
     def __init__(self, size=(4.6, 1.8), heading=0.0, **values):
         self._config, self._table = ConfirmationConfig(**values), empty(MODELS, rows=1)
         self._table.prior_log_odds[0] = confirmation_module.log_odds(self._config.vehicle_prior)
-        self._table.yaw[0, 0], self._table.seen_size[0] = heading, size
+        self._table.yaw[0, 0], self._table.visible_size[0] = heading, size
         self._table.birthplace[0] = footprint(self._table, 0)
 
     def count(self, seen):

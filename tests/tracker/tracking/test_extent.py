@@ -45,14 +45,14 @@ def test_a_single_outlier_has_little_effect_after_many_whole_views():
 def test_sizes_above_a_car():
     sizes = [(4.8, 1.9), (1.9, 4.8), (2.5, 3.0), (6.5, 0.1), (0.1, 6.5)]
     tracks = empty(MODELS, rows=len(sizes))
-    tracks.seen_size[:] = sizes
+    tracks.visible_size[:] = sizes
     assert tracks.long.tolist() == [False, False, False, True, True]
 
 
 @pytest.mark.parametrize(("size", "status"), [((12.0, 4.0), Status.DEAD), ((16.5, 2.6), Status.TENTATIVE)])
 def test_a_width_of_four_metres_is_too_large(size, status):
     track = start((30.0, 0.0, 0.0))
-    track.table.seen_size[0] = size
+    track.table.visible_size[0] = size
     track.settle()
     assert track.status is status
 

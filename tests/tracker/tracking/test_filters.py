@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
+from support.filter_bank import Filters
 
 from luxloop.tracker.tracking.filters import (
+    INITIAL_YAW_RATE_STD_RADPS,
     MANOEUVRE_STD_MPS2,
     STARTING_SPEED_STD_MPS,
     FilterConfig,
-    Filters,
-    heading_filter,
     initial_filters,
     integrator,
     motion,
@@ -20,7 +20,7 @@ P0 = np.diag([0.04, 0.04])
 
 
 def started(position=(1.0, 2.0)):
-    return initial_filters(np.array(position), P0, CONFIG)
+    return Filters(*initial_filters(np.array(position), P0, CONFIG))
 
 
 def filterpy_twins(filters):
@@ -109,7 +109,7 @@ def test_omitted_states_have_a_constant_prior_covariance():
 
 
 def test_heading_filter_learns_a_turn():
-    heading = heading_filter(0.0, 0.02**2)
+    heading = Filters(np.zeros((1, 2)), np.diag([0.02**2, INITIAL_YAW_RATE_STD_RADPS**2])[None])
     for k in range(1, 60):
         heading.predict(motion(0.08, CONFIG).heading)
         heading.correct(np.array([[0.5 * 0.08 * k]]) - heading.mean[:, :1], np.array([[0.02**2]]))

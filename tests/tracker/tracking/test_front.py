@@ -30,7 +30,7 @@ def car():
     """Return a table of a car that faces along x and was not seen yet; its tracked corner is at the origin."""
     track = empty(MODELS, rows=1)
     write(track.yaw, track.yaw_covariance, 0, Turn.start(0.0, 0.02**2, 0.0))
-    track.seen_size[0] = CAR
+    track.visible_size[0] = CAR
     return track
 
 

@@ -83,7 +83,7 @@ def test_slow_vehicles_are_limited_by_their_steering_and_fast_ones_by_their_grip
 
 def test_an_update_without_outliers_is_that_of_a_kalman_filter(monkeypatch):
     """The share of outliers is negligible; the gain is computed by hand from the covariance before it."""
-    monkeypatch.setattr(heading_module, "HEADING_OUTLIER_SHARE", 1e-6)
+    monkeypatch.setattr(heading_module, "HEADING_OUTLIER_FRACTION", 1e-6)
     before = predicted(Turn.start(0.0, STD**2, 0.0), 0.08, 8.0)
     p, c, r = before.variance
     found, outlier = corrected(before, 0.01, STD**2)

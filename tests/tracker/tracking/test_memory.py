@@ -76,12 +76,13 @@ def test_predicted_places_have_the_spread_of_the_prediction_and_the_length_of_th
     """Five equally likely parts of a normal distribution have a variance of 0.77."""
     track = coasting(2.0, (20.0, 5.0, 0.7))
     covariance = corner_covariance(track.table, 0)
-    center, heading, size = track.table.boxes(track.table.size)
-    places = predicted_places(center, heading, size[:, 0].copy(), covariance[None])[0]
-    assert places.mean(axis=(0, 1)) == pytest.approx(center[0])
+    boxes = track.table.boxes(track.table.size)
+    places = predicted_places(boxes.center, boxes.heading, boxes.size[:, 0].copy(), covariance[None])[0]
+    assert places.mean(axis=(0, 1)) == pytest.approx(boxes.center[0])
     assert np.cov(places[:, 1].T, bias=True) == pytest.approx(0.767 * covariance, rel=0.01)
-    ends = places[0, -1] - places[0, 0]
-    assert ends == pytest.approx(0.7 * size[0, 0] * np.array([np.cos(heading[0]), np.sin(heading[0])]))
+    ends, heading = places[0, -1] - places[0, 0], boxes.heading[0]
+    direction = np.array([np.cos(heading), np.sin(heading)])
+    assert ends == pytest.approx(0.7 * boxes.size[0, 0] * direction)
 
 
 def test_a_vehicle_is_lost_where_beams_pass_all_of_its_places():

@@ -29,4 +29,4 @@ def test_a_piece_takes_one_neighbour_but_not_both():
     management.merge(tracks, np.arange(3), model_selection(MMA))
     assert (tracks.status == Status.DEAD).sum() == 1
     assert tracks.status[0] == Status.CONFIRMED
-    assert 13.0 < tracks.seen_size[0, 0] < 15.0
+    assert 13.0 < tracks.visible_size[0, 0] < 15.0

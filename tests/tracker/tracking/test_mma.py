@@ -3,12 +3,13 @@ import pytest
 import scipy
 from hypothesis import given
 from hypothesis import strategies as st
+from support.filter_bank import Filters
 from support.one_bank import OneBank
 
 from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracker import TrackerConfig
 from luxloop.tracker.tracking import mma
-from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
+from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.mma import CA, CV, PROBABILITY_FLOOR, STATIONARY, MmaConfig
 
 CONFIG = MmaConfig()

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from luxloop.tracker.merging import Pieces, RigidPairs
+from luxloop.tracker.merging import RigidPairs
+from luxloop.tracker.records import OrientedBoxes
 
 DT_S = 0.08
 CAB_M, TRAILER_M, GAP_M = 2.0, 8.6, 2.3
@@ -14,7 +15,7 @@ SPEEDS = np.concatenate([np.zeros(20), np.linspace(0.0, 5.0, 60), np.linspace(5.
 def pair(gap_m, speed, hits=20, turn=0.0):
     """A trailer with its front at 0, and a cab ahead of it."""
     centers = [(-0.5 * TRAILER_M, 0.0), (gap_m + 0.5 * CAB_M, 0.0)]
-    return Pieces(
+    return OrientedBoxes(
         center=np.array(centers),
         heading=np.array([0.0, turn]),
         size=np.array([(TRAILER_M, 0.5), (CAB_M, 2.5)]),
@@ -64,5 +65,5 @@ def test_a_pair_that_is_not_seen_together_starts_again():
     pairs = RigidPairs()
     for speed in SPEEDS:
         pairs.observe([7, 4], pair(GAP_M, speed))
-    pairs.observe([7], Pieces(np.zeros((1, 2)), np.zeros(1), np.ones((1, 2)), np.zeros((1, 2)), np.array([50])))
+    pairs.observe([7], OrientedBoxes(np.zeros((1, 2)), np.zeros(1), np.ones((1, 2)), np.zeros((1, 2)), np.array([50])))
     assert not pairs.rigid(4, 7)

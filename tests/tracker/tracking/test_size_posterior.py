@@ -11,8 +11,8 @@ from luxloop.tracker.tracking.vehicle_size import (
     HIDDEN_STD_M,
     LOG_ODDS_MAX,
     MARGIN_M,
-    SIZE_STD_SHARE,
-    WHOLE_SHARE,
+    SIZE_STD_FRACTION,
+    WHOLE_FRACTION,
     add_view,
     average_pieces,
     extend_size,
@@ -36,7 +36,7 @@ class OneSize:
         columns = table.size_likelihood, table.piece_likelihood, table.size_views, table.size, table.size_std
         for column, value in zip(columns, first_view(np.asarray(size, dtype=float), whole), strict=True):
             column[0] = value
-        table.seen_size[0] = size
+        table.visible_size[0] = size
 
     def observe(self, size, whole):
         observe_size(self._table, 0, np.asarray(size, dtype=float), whole)
@@ -57,7 +57,7 @@ class OneSize:
 
     @property
     def seen(self):
-        return self._table.seen_size[0]
+        return self._table.visible_size[0]
 
     @property
     def known(self):
@@ -81,7 +81,7 @@ def test_a_view_of_a_whole_side_has_the_likelihood_of_its_mixture():
     log_likelihood = np.zeros((2, len(GRID_M)))
     weight, none = np.array([1.0, 0.0]), np.zeros(2)
     add_view(log_likelihood, np.array([4.0, 1.6]), np.array(WHOLE), weight, none, np.array([0.3, 0.1]))
-    seen = stats.norm(GRID_M - 0.3, np.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * GRID_M)).pdf(4.0)
+    seen = stats.norm(GRID_M - 0.3, np.hypot(HIDDEN_STD_M, SIZE_STD_FRACTION * GRID_M)).pdf(4.0)
     piece = stats.uniform(0.0, GRID_M).pdf(4.0 - MARGIN_M * (GRID_M < 4.0))
     expected = np.log(0.7 * seen + 0.3 * np.where(GRID_M > 4.0 - MARGIN_M, piece, 0.0) + 0.05 / GRID_M[-1])
     expected = np.maximum(expected - expected.max(), -LOG_ODDS_MAX)
@@ -94,9 +94,9 @@ def test_truncated_views_are_averaged():
     mean, hidden = np.zeros((2, len(GRID_M))), np.array([0.3, 0.1])
     for count in range(1, 101):
         average_pieces(mean, np.array([4.0, 1.6]), np.array([1.0 / count, 0.0]), hidden)
-    seen = stats.norm(GRID_M - 0.3, np.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * GRID_M)).pdf(4.0)
+    seen = stats.norm(GRID_M - 0.3, np.hypot(HIDDEN_STD_M, SIZE_STD_FRACTION * GRID_M)).pdf(4.0)
     piece = (GRID_M > 4.0 - MARGIN_M) / GRID_M
-    expected = np.log((1.0 - WHOLE_SHARE) * piece + WHOLE_SHARE * seen + 0.05 / GRID_M[-1])
+    expected = np.log((1.0 - WHOLE_FRACTION) * piece + WHOLE_FRACTION * seen + 0.05 / GRID_M[-1])
     assert mean[0] == pytest.approx(expected, abs=1e-9)
     assert not mean[1].any()
 

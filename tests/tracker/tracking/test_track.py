@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from support.filter_bank import Filters
 from support.one_track import CAR, DT, flow_of, follow, start, straight
 from support.seen import observe_boxes
 
@@ -7,7 +8,7 @@ from luxloop.tracker.records import MODELS, Status
 from luxloop.tracker.tracking import vehicle_size
 from luxloop.tracker.tracking.corner import corner_covariance
 from luxloop.tracker.tracking.existence import ExistenceConfig
-from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
+from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.heading import HEADING_REJECTIONS_MAX
 from luxloop.tracker.tracking.mma import MmaConfig
 from luxloop.tracker.tracking.model_selection import model_selection
@@ -54,7 +55,7 @@ def test_a_vehicle_that_moved_keeps_its_heading_while_stationary():
     follow(track, straight((20.0, 3.5, np.pi), 8.0, 15))
     x = 20.0 - 8.0 * DT * 15
     follow(track, [(x, 3.5, np.pi)] * 20)
-    track.table.seen_size[0] = np.array([2.0, 0.5])
+    track.table.visible_size[0] = np.array([2.0, 0.5])
     follow(track, [(x, 3.5, np.pi)] * 3)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.02)
 

@@ -39,8 +39,8 @@ def boxes_near(tracks):
     """A box near each track, with a jump or a truncated side."""
     found = []
     for k, track in enumerate(tracks):
-        center, heading, _ = track.table.boxes(track.table.size)
-        place = np.add([*center[0], heading[0]], (0.1 * k, 1.5 * (k == 2), 0.01 * k))
+        boxes = track.table.boxes(track.table.size)
+        place = np.add([*boxes.center[0], boxes.heading[0]], (0.1 * k, 1.5 * (k == 2), 0.01 * k))
         found.append(observe_boxes(place, CAR, cut=(k % 3 == 1, False, False, k % 2 == 0)))
     return found
 
@@ -100,7 +100,7 @@ def test_a_subset_is_a_copy():
 
 def test_a_table_of_no_tracks_has_valid_boxes():
     none = empty(MODELS)
-    center, heading, size = none.boxes(none.size)
-    assert (center.shape, heading.shape, size.shape) == ((0, 2), (0,), (0, 2))
+    boxes = none.boxes(none.size)
+    assert (boxes.center.shape, boxes.heading.shape, boxes.size.shape) == ((0, 2), (0,), (0, 2))
     assert none.within(np.zeros((3, 2))).shape == (3, 0)
     assert OneTrack(observe_boxes((20.0, 3.5, 0.0), CAR), flow_of()).table.joined([]).id.tolist() == [0]

@@ -5,20 +5,21 @@ import dataclasses
 import numpy as np
 import pytest
 from support import naive_filters, naive_hypotheses, naive_sizes
+from support.filter_bank import Filters
 from support.one_track import DT
 
 from luxloop.tracker import vehicle_classes
 from luxloop.tracker.geometry import rotated_covariance, variance_along
-from luxloop.tracker.kernels import odometry
+from luxloop.tracker.kernels import placed
 from luxloop.tracker.records import MODEL_NAMES, MODELS, PREDICTION_S
 from luxloop.tracker.tracking import corner, mma, output, traffic_flow, vehicle_size
 from luxloop.tracker.tracking import filters as filters_module
 from luxloop.tracker.tracking.association import AssociationConfig, score
 from luxloop.tracker.tracking.existence import ALONG, QUANTILES, predicted_places
-from luxloop.tracker.tracking.filters import FilterConfig, Filters, motion
+from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
 from luxloop.tracker.tracking.mma import MmaConfig, changes
-from luxloop.tracker.tracking.observations import Observations
+from luxloop.tracker.tracking.observations import Observations, turned_covariances
 from luxloop.tracker.vehicle_classes import GRID_M
 
 TRACKS, BOXES = 7, 9
@@ -170,9 +171,9 @@ def test_boxes_are_turned_and_moved_by_the_pose_of_the_ego(rng):
     pose, points, covariance = np.array([3.0, -2.0, 0.7]), rng.normal(size=(BOXES, 2)), covariances(rng, BOXES, 3, 3)
     cos, sin = np.cos(0.7), np.sin(0.7)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    np.testing.assert_allclose(odometry.placed(points, pose), points @ turn[:2, :2].T + pose[:2], atol=1e-12)
+    np.testing.assert_allclose(placed(points, pose), points @ turn[:2, :2].T + pose[:2], atol=1e-12)
     expected = turn @ covariance @ turn.T + np.diag([0.1, 0.1, 0.2])
-    np.testing.assert_allclose(odometry.turned_covariances(covariance, 0.7, (0.1, 0.2)), expected, atol=1e-12)
+    np.testing.assert_allclose(turned_covariances(covariance, 0.7, (0.1, 0.2)), expected, atol=1e-12)
 
 
 def test_hypotheses_and_their_scores_equal_the_reference(rng):
@@ -274,7 +275,7 @@ def test_sizes_equal_the_reference_after_any_views(rng):
     for _ in range(20):
         observed, whole = rng.uniform(0.1, (6.0, 3.0)), rng.choice([False, True], 2)
         found = vehicle_size.add_view_and_estimate(*likelihoods, views, observed, whole, hidden)
-        expected = naive_sizes.estimate(likelihoods.sum(axis=0), vehicle_size.SHARE, vehicle_size.PRIOR)
+        expected = naive_sizes.estimate(likelihoods.sum(axis=0), vehicle_size.CLASS_FRACTION, vehicle_size.PRIOR)
         np.testing.assert_allclose(found, expected, rtol=1e-9)
     assert (views[0] >= views[1]).all()
     assert (views[0] > 10).all()
