@@ -169,6 +169,12 @@ ADDED = {
 }
 """Columns by table that earlier versions did not write; read as NaN."""
 
+
+def with_added(name: str, table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of a run, of any version, with the columns that were added since."""
+    return table.assign(**{column: np.nan for column in ADDED.get(name, ()) if column not in table})
+
+
 SEGMENTS: Schema = {
     "segment": np.int64,
     "points": np.int64,

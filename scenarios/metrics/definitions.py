@@ -170,7 +170,8 @@ def _selected_fit() -> Iterator[MetricDefinition]:
         yield of_best(
             f"coverage_{percent}", "1",
             f"share of true headings inside the {percent} % interval of the box's heading variance",
-            f"inside_{percent}", range=SHARE, better="", why_unknown="no fitted rectangle became a box of vehicle size",
+            f"inside_{percent}", range=SHARE, better="",
+            why_unknown="no fitted rectangle became a box of vehicle size, or an earlier version made the run",
         )  # fmt: skip
     yield of_best(
         "bound_ratio", "1", "mean absolute heading error over that of normal errors at the bound", "bounded_abs_deg",

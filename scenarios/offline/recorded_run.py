@@ -4,7 +4,6 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
@@ -12,7 +11,7 @@ from luxloop.plugins import PluginError
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import fit_errors, frame_tables
-from luxloop.scenarios.grading.frame_tables import ADDED, Schema
+from luxloop.scenarios.grading.frame_tables import Schema, with_added
 from luxloop.scenarios.offline.recorded_scans import RecordedScans
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
@@ -94,7 +93,7 @@ def _restore(folder: Path, result: Result, name: str, schema: Schema) -> pd.Data
     """Return a table of the run; enumeration columns have all categories, in the order of their codes."""
     table = result.tables.get(name)
     if table is not None:
-        table = table.assign(**{column: np.nan for column in ADDED.get(name, ()) if column not in table})
+        table = with_added(name, table)
     missing = [name] if table is None else [column for column in schema if column not in table]
     if table is None or missing:
         raise OutputError(f"{folder}: {missing[0]} is missing in its tables; run the scenario again")

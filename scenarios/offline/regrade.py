@@ -122,12 +122,9 @@ class Regrader:
 
     def _of_loop(self) -> dict[str, Metric]:
         """Return the metrics that the run loop measured."""
-        found = self._run.result.metrics.items()
-        return {
-            name: metric
-            for name, metric in found
-            if not name.startswith(PREFIX) and find_metric(name).definition.kind in OF_LOOP
-        }
+        found = self._run.result.metrics
+        names = (name for name in found if not name.startswith(PREFIX))
+        return {name: found[name] for name in names if find_metric(name).definition.kind in OF_LOOP}
 
     def _result(self, metrics: Figures, tables: dict[str, pd.DataFrame], trace_hash: str, tracked_by: str) -> Result:
         run = self._run.result

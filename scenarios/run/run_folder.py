@@ -22,7 +22,7 @@ from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, verdict
 from luxloop.scenarios.grading.figures import Figures
-from luxloop.scenarios.grading.frame_tables import SCHEMAS
+from luxloop.scenarios.grading.frame_tables import SCHEMAS, with_added
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.metrics import of_recordings
@@ -178,7 +178,8 @@ def _figures(document: dict[str, Any], tables: dict[str, pd.DataFrame]) -> Figur
     """Return the figures of a run; those that its file does not hold are computed from its tables."""
     known = {present_name(name) or name: _read_metric(metric) for name, metric in document["metrics"].items()}
     config = document["config"]
-    run = RunObservations(tables, GradingConfig(**config["grading"]), document["frames"])
+    complete = {name: with_added(name, table) for name, table in tables.items()}
+    run = RunObservations(complete, GradingConfig(**config["grading"]), document["frames"])
     recording = config.get("recording")
     return Figures(run, known, None if recording is None else of_recordings.why_not(bool(recording.get("truth"))))
 

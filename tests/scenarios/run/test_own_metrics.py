@@ -184,8 +184,11 @@ def test_a_report_without_own_metrics_has_no_table_of_them():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (('of = "track.hota"', 'of = "track.hotta"'), 'of = "track.hotta": no metric of actors'),
-        (('of = "track.hota"', 'of = "outliers.recall{cause=rain}"'), "no metric of actors"),
+        (('of = "track.hota"', 'of = "track.hotta"'), 'of = "track.hotta": unknown metric; did you mean track.hota'),
+        (
+            ('of = "track.hota"', 'of = "outliers.recall{cause=rain}"'),
+            "no metric of single actors; it cannot be restricted to a class",
+        ),
         (('class = "car"', 'class = "cra"'), 'class = "cra": no class of actors; name one of car'),
         (('class = "car"', ""), "give actor or class, or use track.hota itself"),
         (('class = "car"', 'class = "car"\nunit = "m"'), "leave it out"),

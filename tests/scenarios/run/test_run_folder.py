@@ -29,7 +29,7 @@ RESULT = Result(
         "track.mota": Metric(None, "1", 0, "nothing was graded"),
     },
     tables={"truth": pd.DataFrame({"frame": [0, 1], "x_world_m": [0.5, float("nan")]})},
-    config={"description": "A ring."},
+    config={"description": "A ring.", "grading": {}},
     versions={"numpy": "2"},
 )
 CHECKS = [
@@ -58,7 +58,8 @@ def test_a_run_reads_back_as_written(tmp_path):
     back = run_folder.read(tmp_path / "run")
     pd.testing.assert_frame_equal(back.tables["truth"], RESULT.tables["truth"])
     for field in fields(Result):
-        assert field.name in ("tables", "out") or getattr(back, field.name) == getattr(RESULT, field.name)
+        assert field.name in ("tables", "out", "metrics") or getattr(back, field.name) == getattr(RESULT, field.name)
+    assert {name: back.metrics[name] for name in RESULT.metrics} == RESULT.metrics
     assert back.out == tmp_path / "run"
     assert names(tmp_path / "run") == ["report.txt", "result.json", "tables"]
 
