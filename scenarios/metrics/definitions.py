@@ -590,9 +590,10 @@ def find_metric(name: str) -> Selection:
     base, brace, inside = name.partition("{")
     definition = DEFINITIONS.get(base)
     if definition is None or (brace and not inside.endswith("}")):
-        if later := present_name(name):
+        later = present_name(name)
+        if later.partition("{")[0] in DEFINITIONS:
             raise ValueError(f"is named {later} now")
-        close = get_close_matches(base, DEFINITIONS, n=3, cutoff=0.5)
+        close = get_close_matches(later.partition("{")[0] or base, DEFINITIONS, n=3, cutoff=0.5)
         hint = f"did you mean {', '.join(close)}?" if close else "luxloop metrics lists all names"
         raise ValueError(f"unknown metric; {hint}")
     return select(definition, inside.removesuffix("}"))
