@@ -317,7 +317,7 @@ def test_the_python_page_s_examples_run_and_leave_no_file(tmp_path, monkeypatch)
     assert names["comparison"].outcome == "worse"
     assert names["message"].startswith("truck-shadw: no such scenario; did you mean truck-shadow")
     assert names["y"] == pytest.approx(3.0 + 0.5 * names["width"], abs=0.05)
-    assert len(names["seen"]) == 1
+    assert len(names["observations"]) == 1
 
 
 def test_the_python_page_lists_the_interface():
