@@ -11,6 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from luxloop.sensor_model.truth import View
+from luxloop.sim.world import Kind
+
 Better = Literal["more", "less", ""]
 """Direction of improvement; empty for descriptions of the data and for errors with a sign."""
 Statistic = Literal["mean", "std", "rate", "median", "order_median", "p90", "order_p90", "given"]
@@ -28,6 +31,13 @@ FILTERS = ("class", "view", "actor", *BANDS)
 """All filters. `class`, `view` and `actor` take alternatives: `class=truck|bus`."""
 OF_VEHICLES = ("class", "view", "actor", "range", "time")
 """Filters of observations of vehicles."""
+
+
+NAMES = {
+    "class": tuple(kind.name.lower() for kind in Kind),
+    "view": tuple(view.name.lower() for view in View),
+}
+"""Names that these filters accept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,8 +184,7 @@ def select(definition: MetricDefinition, inside: str) -> Selection:
             parameters[key] = value
         elif key in definition.filters:
             filters[key] = value
-            if key in BANDS:
-                band(value)
+            _check_filter(key, value)
         else:
             known = ", ".join([*definition.parameters, *definition.filters])
             raise ValueError(
@@ -186,6 +195,13 @@ def select(definition: MetricDefinition, inside: str) -> Selection:
         raise ValueError(f"{definition.name} needs {missing[0]}=, one of {choices}")
     order = [key for key in FILTERS if key in filters]
     return Selection(definition, parameters, {key: filters[key] for key in order})
+
+
+def _check_filter(key: str, value: str) -> None:
+    if key in BANDS:
+        band(value)
+    for one in value.split("|") if key in NAMES else ():
+        _check_choice(key, one, NAMES[key])
 
 
 def _check_choice(key: str, value: str, choices: tuple[str, ...]) -> None:

@@ -346,11 +346,11 @@ def _missed() -> Iterator[MetricDefinition]:
     for name, meaning, rows, why in (
         ("missed_share", "graded vehicles without a hit over all, both summed over frames", "", ""),
         (
-            "missed_share_standing", "the same of vehicles that have stood since they came into sight",
+            "missed_share_standing", "vehicles without a hit over all, of those standing since they came into sight",
             "standing_since_seen", "no graded vehicle stood when it came into sight",
         ),
         (
-            "missed_share_long", f"the same of vehicles longer than {LONG_M:g} m", "long",
+            "missed_share_long", f"vehicles without a hit over all, of those longer than {LONG_M:g} m", "long",
             f"no graded vehicle was longer than {LONG_M:g} m",
         ),
     ):  # fmt: skip
@@ -360,7 +360,11 @@ def _missed() -> Iterator[MetricDefinition]:
     censored = "too many vehicles were never confirmed"
     waits: tuple[tuple[str, str, Statistic], ...] = (
         ("time_to_confirm_s", "time from a vehicle's first graded frame to its first hit, median", "order_median"),
-        ("time_to_confirm_p90_s", "the same, 90th percentile", "order_p90"),
+        (
+            "time_to_confirm_p90_s",
+            "time from a vehicle's first graded frame to its first hit, 90th percentile",
+            "order_p90",
+        ),
     )
     for name, meaning, statistic in waits:
         yield MetricDefinition(
@@ -378,7 +382,7 @@ def _occlusion() -> Iterator[MetricDefinition]:
     for name, meaning, rows, longest in (
         ("occlusion_survival", "occlusions of graded vehicles survived by the track's id", "", "grading.memory_s"),
         (
-            "hidden_2s_survival", f"the same for occlusions of at most {SHORT_OCCLUSION_S:g} s", "short",
+            "hidden_2s_survival", f"occlusions of at most {SHORT_OCCLUSION_S:g} s survived by the track's id", "short",
             f"{SHORT_OCCLUSION_S:g} s",
         ),
     ):  # fmt: skip
@@ -411,7 +415,7 @@ def _motion() -> Iterator[MetricDefinition]:
     heading = "absolute heading error modulo 360, moving vehicles"
     yield figure("heading_abs_mean_deg", "deg", f"mean {heading}", "heading_abs_deg", "moving", range=turn)
     yield figure(
-        "heading_abs_p90_deg", "deg", "the same, 90th percentile", "heading_abs_deg", "moving", range=turn,
+        "heading_abs_p90_deg", "deg", f"90th percentile of the {heading}", "heading_abs_deg", "moving", range=turn,
         statistic="p90", interval=False,
     )  # fmt: skip
     yield figure(
@@ -430,7 +434,13 @@ def _motion() -> Iterator[MetricDefinition]:
         range=SHARE,
     )  # fmt: skip
     yield figure("velocity_abs_mean_mps", "m/s", "mean norm of the velocity error", "velocity_error_mps")
-    yield figure("moving_velocity_abs_mean_mps", "m/s", "the same of moving vehicles", "velocity_error_mps", "moving")
+    yield figure(
+        "moving_velocity_abs_mean_mps",
+        "m/s",
+        "mean norm of the velocity error, moving vehicles",
+        "velocity_error_mps",
+        "moving",
+    )
     yield figure("standing_speed_mean_mps", "m/s", "mean speed of tracks on standing vehicles", "speed_mps", "standing")
     yield figure("speed_abs_mean_mps", "m/s", "mean absolute error of the speed", "speed_abs_error_mps")
     yield figure("speed_mean_mps", "m/s", "mean error of the speed", "speed_error_mps", **_signed())

@@ -17,6 +17,7 @@ FORMER: tuple[tuple[str, str, str], ...] = (
     (r"mma\.(?P<figure>gain)\.(?P<target>\w+)", "mma.{figure}", "target"),
     (r"mma\.confusion\.(?P<mode>[\w-]+)\.(?P<model>[\w-]+)", "mma.selected", "mode,model"),
     (rf"emergence\.(?P<group>\w+)\.(?P<stage>{STAGES})_(?P<figure>\w+)", "emergence.{figure}", "stage,group"),
+    (r"track\.(?P<figure>missed|false)_rate", "track.{figure}_share", ""),
     (r"(?P<figure>[\w.]+)", "{figure}", ""),
 )
 """Pattern of the former name without its band, the present name, and its parameters in their order."""
