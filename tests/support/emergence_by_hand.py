@@ -91,7 +91,7 @@ def situation(ego, target, delay_s):
     front_m = ego.x_world_m + 0.5 * ego.length_m
     meeting_m = target.x_world_m - 0.5 * (ego.width_m + target.width_m) - front_m
     return {
-        "s": ego.time_s,
+        "time_s": ego.time_s,
         "delay_s": delay_s,
         "range_m": math.hypot(target.x_world_m - ego.x_world_m, target.y_world_m - ego.y_world_m),
         "ttc_s": time_to_collision(ego, target),

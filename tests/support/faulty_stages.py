@@ -93,7 +93,7 @@ def plant(fault):
             """Oracle over the fault."""
 
         return (
-            lambda config: Tracker(config, track_management=fault(config.union, track_config(config))),
+            lambda config: Tracker(config, track_management=fault(config.merging, track_config(config))),
             lambda stages: lambda config: OracleTracker(config, stages, confirmation=FaultyOracleConfirmation),
         )
 

@@ -22,7 +22,7 @@ def test_json_has_every_metric_and_its_names_can_be_built_from_it(capfd):
         assert (one["unit"], one["better"]) == (definition.unit, definition.better)
         assert one["meaning"] == definition.meaning
         last = {key: values[-1] for key, values in one["parameters"].items()}
-        chosen = {key: "0-30" if key in ("range", "points", "time") else "truck" for key in one["filters"]}
+        chosen = {key: {"class": "truck", "view": "rear", "actor": "car.1"}.get(key, "0-30") for key in one["filters"]}
         selection = find_metric(filtered(one["name"], **last, **{f"{key}_": value for key, value in chosen.items()}))
         assert (dict(selection.parameters), dict(selection.filters)) == (last, {key: chosen[key] for key in chosen})
 

@@ -9,7 +9,7 @@ from support import busy_street, faulty_stages, short_run
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare.stage_costs import stage_costs
-from luxloop.scenarios.metrics.definitions import standard_names
+from luxloop.scenarios.metrics.definitions import is_metric
 from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, StageCost, find_out
@@ -74,7 +74,7 @@ def test_parallel_oracles_give_the_results_of_separate_runs():
 
 
 def test_every_blame_metric_is_a_metric_with_a_direction():
-    assert set(METRIC) <= set(standard_names())
+    assert all(is_metric(metric.name) for metric in BLAME_METRICS)
     found = busy_street.blamed()
     for metric in BLAME_METRICS:
         ranking = found.ranking(metric)
