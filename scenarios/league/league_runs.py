@@ -6,7 +6,7 @@ Folders: `scans/SCENARIO-seedN` are recorded runs, `runs/TRACKER/SCENARIO-seedN`
 
 import os
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from multiprocessing import active_children, connection, get_context, parent_process
 from typing import Any
@@ -22,6 +22,7 @@ from luxloop.scenarios.report import text
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.progress import hidden
+from luxloop.scenarios.run.termination import as_interrupts, is_interrupt
 from luxloop.scenarios.study.row_store import RowStore, as_text
 from luxloop.scenarios.study.run_content import digest
 from luxloop.sim.source import SimulatorFailedError, TrafficEndedError
@@ -77,7 +78,9 @@ def _in_turn(missing: Sequence[Missing]) -> Iterator[tuple[str, Row]]:
 def _in_processes(missing: Sequence[Missing], workers: int) -> Iterator[tuple[str, Row]]:
     """Record the scans of all drives, and run the trackers of each as soon as its scans are there."""
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent) as pool:
-        pending: dict[Future[Any], Missing | None] = {pool.submit(recorded_scans, one[0]): one for one in missing}
+        pending: dict[Future[Any], Missing | None] = {
+            pool.submit(_in_worker, recorded_scans, one[0]): one for one in missing
+        }
         try:
             while pending:
                 for future in wait(pending, return_when=FIRST_COMPLETED).done:
@@ -86,12 +89,23 @@ def _in_processes(missing: Sequence[Missing], workers: int) -> Iterator[tuple[st
                         yield future.result()
                     else:
                         drive, entrants = recorded
-                        new = [pool.submit(run_tracker, drive, each, future.result()) for each in entrants]
+                        new = [pool.submit(_in_worker, run_tracker, drive, each, future.result()) for each in entrants]
                         pending |= dict.fromkeys(new)
         except BaseException:
             for child in active_children():
                 child.terminate()  # the rows of finished runs are on the disk
             pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _in_worker(task: Callable[..., Any], *arguments: Any) -> Any:
+    """Run a task in a worker; SIGTERM ends it by an exception, so that its temporary folder is removed."""
+    with as_interrupts() as received:
+        try:
+            return task(*arguments)
+        except BaseException as error:
+            if is_interrupt(error):
+                os._exit(received.exit_code)
             raise
 
 
