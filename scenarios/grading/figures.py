@@ -8,12 +8,12 @@ import numpy as np
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import given_figures
+from luxloop.scenarios.grading.metric_sheet import why_no_interval
 from luxloop.scenarios.grading.observations import Observations, RunObservations
 from luxloop.scenarios.metrics.definition import Selection
 from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric, standard_names
 from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.result import Metric
-from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW
 from luxloop.scenarios.statistics.jackknife import ratio_interval, std_interval
 from luxloop.tracker.records import BASELINES
 
@@ -144,7 +144,7 @@ def of_rows(selection: Selection, observations: Observations) -> Metric:
         interval = std_interval(vehicle, value, definition.range)
     else:
         interval = ratio_interval(vehicle, value, weight, definition.range)
-    why = "" if interval else NO_ERROR if number == 0.0 else TOO_FEW
+    why = "" if interval else why_no_interval(number)
     return Metric(number, definition.unit, n, interval=interval, why_no_interval=why)
 
 

@@ -68,13 +68,20 @@ def _scores(run: RunObservations, filters: Filters) -> dict[str, Metric]:
 
 def _gospa(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     """Return GOSPA and its parts. False tracks have a range and a time, but no class and no view."""
-    false = np.full(len(run.clear.tracks), not set(filters) - {"range", "time"})
-    for key in set(filters) & {"range", "time"}:
-        false &= matches(run.clear.tracks[COLUMN_OF[key]].to_numpy(), key, filters[key])
+    false = _could_be_chosen(run.clear.tracks, filters)
     ranged = "range" not in filters or bool(run.clear.tracks["range_m"].notna().all())
     sheet = MetricSheet()
     gospa_metrics.grade(sheet, run.clear, run.config.gospa_cutoff_m, run.vehicle.chosen(filters), false, ranged=ranged)
     return sheet.metrics
+
+
+def _could_be_chosen(tracks: pd.DataFrame, filters: Filters) -> Bools:
+    """(n,) mask of the tracks that have these filters if they are on nothing, where only range and time are known."""
+    known = {"range", "time"}
+    chosen = np.full(len(tracks), not set(filters) - known)
+    for key in set(filters) & known:
+        chosen &= matches(tracks[COLUMN_OF[key]].to_numpy(), key, filters[key])
+    return chosen
 
 
 def _emergence(run: RunObservations, filters: Filters) -> dict[str, Metric]:
@@ -120,9 +127,7 @@ def restricted(run: RunObservations, filters: Filters) -> RunObservations:
     graded[np.flatnonzero(truth["graded"].to_numpy())] = run.vehicle.chosen(filters)
     keys = pd.MultiIndex.from_frame(truth.loc[graded, ["frame", "actor_id"]])
     on_chosen = _keys(tracks).isin(keys)
-    false = (tracks["verdict"] == "false").to_numpy() & (not set(filters) - {"range", "time"})
-    for key in set(filters) & {"range", "time"}:
-        false &= matches(tracks[COLUMN_OF[key]].to_numpy(), key, filters[key])
+    false = (tracks["verdict"] == "false").to_numpy() & _could_be_chosen(tracks, filters)
     kept: Bools = np.asarray(on_chosen | false)
     tables = {**run.tables, "truth": truth.assign(graded=graded), "tracks": tracks[kept]}
     if {"class", "actor"} & set(filters):

@@ -73,13 +73,13 @@ class MetricSheet:
             self.write(name, value, len(part), why_none)
             return
         interval = ratio_interval(vehicle, part, whole, find_metric(name).definition.range)
-        self.write(name, value, len(part), why_none, interval, _why_no_interval(value))
+        self.write(name, value, len(part), why_none, interval, why_no_interval(value))
 
     def rate(self, name: str, part: int, whole: int, why_none: str) -> None:
         """Enter `part` / `whole`, with `whole` observations."""
         self.write(name, part / whole if whole else None, whole, why_none)
 
 
-def _why_no_interval(value: float | None) -> str:
+def why_no_interval(value: float | None) -> str:
     """Return the reason for a figure over vehicles: an error of 0 is that of all of them, and has no scale."""
     return NO_ERROR if value == 0.0 else TOO_FEW

@@ -25,10 +25,11 @@ from luxloop.scenarios.grading import (
     track_errors,
 )
 from luxloop.scenarios.grading.articulated import angles_of
+from luxloop.scenarios.grading.frame_tables import models_of
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.id_switches import HitStep, clear_hits
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
-from luxloop.scenarios.metrics.definition import band
+from luxloop.scenarios.metrics.definition import BANDS, band
 from luxloop.scenarios.metrics.definitions import (
     CANDIDATES,
     CORNER_FIGURES,
@@ -125,7 +126,7 @@ class Observations:
 
 def matches(column: Column, key: str, value: str) -> Bools:
     """(n,) mask of the rows whose column (n,) agrees with a filter."""
-    if key in ("range", "points", "time"):
+    if key in BANDS:
         low, high = band(value)
         return np.asarray((column >= low) & (column < high), np.bool_)
     return np.isin(column.astype(np.str_), value.split("|"))
@@ -174,8 +175,6 @@ class RunObservations:
     @cached_property
     def models(self) -> tuple[str, ...]:
         """Motion models of the filter bank."""
-        from luxloop.scenarios.grading.frame_tables import models_of
-
         return models_of(self.tracks)
 
     @cached_property
