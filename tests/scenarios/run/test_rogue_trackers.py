@@ -93,7 +93,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def arguments(name):
-    """Return the command; only trackers that must exceed the limit have a short one, so that a slow machine decides none."""
+    """Return the command; only trackers that hang have a short limit, which a slow machine would exceed."""
     place = f"{rogue_trackers.__file__}:{name}"
     hangs = name == "IgnoresInterrupts" or "took more than" in BROKEN.get(name, "")
     limit_s = "0.3" if hangs else "20"
