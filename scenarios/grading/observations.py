@@ -279,6 +279,10 @@ class RunObservations:
             return _standing_since_seen(table, self.truth)
         if name == "long":
             return np.asarray(table["length_m"].to_numpy() > LONG_M)
+        if name == "outside_largest_segment_share":
+            return np.asarray(1.0 - table["largest_segment_share"].to_numpy(np.float64))
+        if name == "time_without_hit_s":
+            return _time_without_hit_s(table, self.clear.is_hit)
         if name == "segmented":
             return np.asarray(table["largest_segment_share"].notna())
         if name == "is_split":
@@ -321,10 +325,12 @@ class RunObservations:
 _OF_MOTION: dict[str, Callable[[Observations], Column]] = {
     "any": lambda rows: np.ones(len(rows), np.bool_),
     "moving": lambda rows: ~rows["standing"],
-    "heading_abs_deg": lambda rows: np.abs(rows["heading_error_deg"]),
+    "heading_abs_error_deg": lambda rows: np.abs(rows["heading_error_deg"]),
     "flipped": lambda rows: (np.abs(rows["heading_error_deg"]) > 90.0).astype(np.float64),
-    "unflipped_abs_deg": lambda rows: np.where(rows["flipped"] > 0.0, np.nan, np.abs(rows["heading_error_deg"])),
-    "axis_abs_deg": lambda rows: np.abs(track_errors.modulo_half_turn(rows["heading_error_deg"])),
+    "unflipped_heading_abs_error_deg": lambda rows: np.where(
+        rows["flipped"] > 0.0, np.nan, np.abs(rows["heading_error_deg"])
+    ),
+    "heading_axis_abs_error_deg": lambda rows: np.abs(track_errors.modulo_half_turn(rows["heading_error_deg"])),
     "speed_error_mps": lambda rows: rows["speed_mps"] - rows["true_speed_mps"],
     "speed_abs_error_mps": lambda rows: np.abs(rows["speed_error_mps"]),
     "length_abs_error_m": lambda rows: np.abs(rows["length_error_m"]),
@@ -337,9 +343,7 @@ def _of_fit(rows: Observations, name: str) -> Column | None:
     error = rows["heading_error_deg"]
     if name in CANDIDATES:
         return np.asarray(rows.table["method"] == name)
-    if name == "heading_deg":
-        return error
-    if name == "heading_abs_deg":
+    if name == "heading_abs_error_deg":
         return np.abs(error)
     if name == "rounds_to_0":
         return np.abs(error) < ROUNDED_DEG
@@ -369,3 +373,12 @@ def _standing_since_seen(vehicles: pd.DataFrame, truth: pd.DataFrame) -> Bools:
     moving = moving[moving["frame"] >= moving["actor_id"].map(first)]
     starts = moving.groupby("actor_id")["frame"].min()
     return np.asarray(vehicles["frame"] < vehicles["actor_id"].map(starts).fillna(np.inf), dtype=np.bool_)
+
+
+def _time_without_hit_s(vehicles: pd.DataFrame, is_hit: Bools) -> Floats:
+    """(n,) time since the last hit of each graded row's vehicle, or since its first graded frame without one [s]."""
+    ordered = vehicles.assign(hit_s=vehicles["time_s"].where(is_hit)).sort_values("frame", kind="stable")
+    last_s = ordered.groupby("actor_id")["hit_s"].ffill()
+    first_s = ordered.groupby("actor_id")["time_s"].transform("min")
+    waited_s: pd.Series = ordered["time_s"] - last_s.fillna(first_s)
+    return np.asarray(waited_s.reindex(vehicles.index), np.float64)

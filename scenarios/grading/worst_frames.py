@@ -1,22 +1,38 @@
-"""Frames in which a metric is worst, as starting points of an analysis."""
+"""Frames in which a metric is worst, as starting points of an analysis.
 
-from collections.abc import Mapping
-from typing import NamedTuple
+A metric is worst at the observations with the largest error by its own definition: the value of a metric that should be
+less, the distance from the best value of one that should be more. A share ranks the observations that count against it
+by `MetricDefinition.ranked_by`.
+"""
 
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.grading import frame_badness, track_badness
-from luxloop.scenarios.grading.frame_badness import RatedRows
-from luxloop.scenarios.grading.track_badness import ESTIMATES
-from luxloop.scenarios.metrics.definitions import DRIVERS, find_metric
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.figures import counted
+from luxloop.scenarios.grading.observations import Observations, RunObservations
+from luxloop.scenarios.grading.snapshots import CONFIRMATION_S
+from luxloop.scenarios.metrics.definition import Selection
+from luxloop.scenarios.metrics.definitions import DRIVERS, SHARE, find_metric
 from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.result import Result
 from luxloop.sensor_model.truth import NO_ACTOR
 
-IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
-"""Metrics `track.*` about identities; they are bad where a vehicle goes from one track to another."""
-MODES = ("mode_accuracy", "stationary_accuracy", "selected", "switch_latency_frames")
-"""Metrics `mma.*` about the selected model."""
+Row = Mapping[str, Any]
+"""A row of a table by column."""
+
+IDENTITIES = ("id_switch", "fragments", "survival")
+"""Parts of the names of metrics about identities; they are worst where a vehicle goes from one track to another."""
+OF_TRACKS = ("score", "gospa", "occlusion")
+"""Kinds of metrics about tracks without an error per observation."""
+NEW_VEHICLE_WEIGHT = 0.01
+"""Weight of a vehicle without a track that was first graded less than `CONFIRMATION_S` ago."""
+UNITS = {"deg": " deg", "m": " m", "s": " s", "mps": " m/s", "mps2": " m/s^2"}
+"""Units by the last word of a column's name."""
 
 
 class WorstFrame(NamedTuple):
@@ -32,23 +48,37 @@ class WorstFrame(NamedTuple):
         return f"frame {self.frame} ({self.time_s:.2f} s): {self.what}"
 
 
+class RankedRows(NamedTuple):
+    """Rows with `frame` and `time_s`, and the error of each."""
+
+    rows: pd.DataFrame
+    error: Floats
+    """(n,) the larger, the worse; 0 and NaN mean no error."""
+    describe: Callable[[Row], str]
+
+
 def worst_frames(result: Result, metric: str, count: int = 3) -> list[WorstFrame]:
     """Return up to `count` frames in which a metric is worst, the worst first.
 
-    The list is empty for a metric without a value, and for metrics without a value per frame (`dataset.*`, `perf.*`).
+    The list is empty for a metric without a value, for own metrics, and for metrics without a value per frame, such as
+    `dataset.*` and `perf.*`.
     """
     known = result.metrics.get(metric)
-    rated = _rated(result.tables, metric) if known and known.value is not None else None
-    if rated is None:
+    if known is None or known.value is None or metric.startswith(PREFIX):
         return []
-    rows = rated.rows.assign(badness=rated.badness.fillna(0.0))
-    if "actor_id" in rows:
-        rows = rows.assign(vehicle=rows["actor_id"].map(vehicle_names(result.tables["truth"])))
-    bad = rows[rows["badness"] > 0].sort_values(["badness", "frame"], ascending=[False, True], kind="stable")
-    worst = bad.drop_duplicates("frame").head(count)
+    return worst_of_run(result.metrics.run, find_metric(metric), count)
+
+
+def worst_of_run(run: RunObservations, selection: Selection, count: int) -> list[WorstFrame]:
+    """Return up to `count` frames in which a metric with its filters is worst, the worst first."""
+    ranked = _ranked(selection, run)
+    if ranked is None:
+        return []
+    rows = ranked.rows.assign(error=np.nan_to_num(ranked.error, nan=0.0, posinf=np.inf))
+    bad = rows[rows["error"] > 0].sort_values(["error", "frame"], ascending=[False, True], kind="stable")
     return [
-        WorstFrame(row["frame"], row["time_s"], rated.describe(row), row.get("actor_id", NO_ACTOR))
-        for row in worst.to_dict("records")
+        WorstFrame(row["frame"], row["time_s"], ranked.describe(row), row.get("actor_id", NO_ACTOR))
+        for row in bad.drop_duplicates("frame").head(count).to_dict("records")
     ]
 
 
@@ -58,57 +88,131 @@ def vehicle_names(truth: pd.DataFrame) -> dict[int, str]:
     return {int(actor): str(name) for actor, name in zip(first["actor_id"], first["name"], strict=True)}
 
 
-def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> RatedRows | None:
-    """Return the rows that a metric is computed from with their badness, by the name of the metric."""
-    if metric.startswith(PREFIX):
-        return None
-    selection = find_metric(metric)
-    family, _, measure = selection.definition.name.partition(".")
-    chosen = {**selection.parameters, **selection.filters}
-    match family:
-        case "fit":
-            return frame_badness.fits(tables["fits"], chosen.get("view", ""), chosen.get("method", "best"), measure)
-        case "mma":
-            return _rated_estimates(tables, measure, chosen)
-        case "segmentation":
-            return (
-                frame_badness.merged(tables["segments"])
-                if measure == "under_rate"
-                else frame_badness.split(tables["truth"])
-            )
-        case "outliers":
-            return frame_badness.outliers(tables["outliers"], chosen["cause"])
-        case "control":
-            driver = "truth" if measure.startswith(DRIVERS["truth"]) else "tracks"
-            return frame_badness.control(tables["control"], driver, measure.removeprefix(DRIVERS[driver]))
-        case "track":
-            return _rated_tracks(tables, measure)
-    return None
+def _ranked(selection: Selection, run: RunObservations) -> RankedRows | None:
+    """Return the rows behind a metric with their errors, None for metrics without rows of single frames."""
+    kind, name = selection.definition.kind, selection.definition.name
+    if kind in OF_TRACKS:
+        changes = any(part in name for part in IDENTITIES)
+        return _changes_of_track(run.truth) if changes else _missed_and_false(run.truth, run.tracks)
+    if kind == "control":
+        return _of_drive(run.tables["control"], name.removeprefix("control."))
+    if kind == "gain":
+        return _ranked(find_metric(f"mma.x_abs_mean_m{{target={selection.parameters['target']}}}"), run)
+    return _of_observations(selection, run.of_kind(kind)) if kind in SUBJECTS else None
 
 
-def _rated_estimates(tables: Mapping[str, pd.DataFrame], measure: str, chosen: Mapping[str, str]) -> RatedRows:
-    """Return the rows of a metric of the filters."""
-    model = chosen.get("model", "mma")
-    if measure in MODES:
-        return frame_badness.modes(tables["tracks"], standing_only=measure == "stationary_accuracy")
-    if measure.startswith(("nees", "nis")):
-        column = measure.partition("_")[0]
-        return frame_badness.consistency(tables["tracks"], column if model == "mma" else f"{model}_{column}")
-    if measure.startswith("prediction"):
-        label, changing = measure.split("_")[1], chosen["when"] == "changing"
-        return frame_badness.predictions(tables["truth"], tables["tracks"], model, label, changing=changing)
-    axes = "xy" if measure == "gain" else measure[0]
-    return frame_badness.positions(tables["tracks"], model, chosen["target"], axes)
+def _of_observations(selection: Selection, observations: Observations) -> RankedRows:
+    """Return the observations that a metric counts, with their errors by its definition."""
+    definition = selection.definition
+    used, value, weight = counted(selection, observations)
+    share = definition.range == SHARE
+    if definition.better == "more":
+        error = weight * definition.range[1] - value
+    else:
+        error = np.zeros(len(value)) if share and not definition.better else np.abs(value) / weight
+    shown = selection.column(definition.ranked_by or _with_sign(definition.value, selection, observations))
+    if definition.ranked_by:
+        error = np.where(error > 0.0, np.abs(observations[shown][used].astype(np.float64)), 0.0)
+    rows = observations.table.iloc[used]
+    rows = rows.assign(
+        vehicle=observations["actor"][used] if "actor_id" in rows else "", shown=observations[shown][used]
+    )
+    subject = SUBJECTS[definition.kind]
+    hides_value = share and shown == selection.column(definition.value) and definition.kind != "fit"
+    words = "" if hides_value else f": {_words(shown)} {{:.3g}}{UNITS.get(shown.rpartition('_')[2], '')}"
+    return RankedRows(rows, error, lambda row: subject(row) + words.format(row["shown"]))
 
 
-def _rated_tracks(tables: Mapping[str, pd.DataFrame], measure: str) -> RatedRows:
-    """Return the rows of a metric of tracks."""
-    if measure.startswith("heading"):
-        return frame_badness.headings(tables["tracks"])
-    if measure in ESTIMATES:
-        return track_badness.estimates(tables["truth"], tables["tracks"], measure)
-    if measure in IDENTITIES:
-        return frame_badness.identities(tables["truth"])
-    if measure == "loca":
-        return frame_badness.overlaps(tables["tracks"])
-    return frame_badness.detections(tables["truth"], tables["tracks"])
+def _with_sign(column: str, selection: Selection, observations: Observations) -> str:
+    """Return the column of the errors with their sign, for a column of absolute errors that has one."""
+    signed = column.replace("_abs", "")
+    known = not pd.isna(observations[selection.column(signed)]).all()
+    return signed if known else column
+
+
+def _words(column: str) -> str:
+    """Return the name of a column in words, without unit: `heading error`."""
+    unit = column.rpartition("_")[2]
+    return re.sub(r"_(abs_)?", " ", column.removesuffix(f"_{unit}") if unit in UNITS else column)
+
+
+def _fit(row: Row) -> str:
+    view = row["view"].replace("_", " ")
+    return f"the {row['method']} rectangle on vehicle {row['vehicle']} ({view}, {row['range_m']:.0f} m)"
+
+
+def _track(row: Row) -> str:
+    model = "" if pd.isna(row["model"]) else f" ({row['model']}, truly {row['true_mode']})"
+    return f"track {row['track_id']} on vehicle {row['vehicle']}{model}"
+
+
+def _vehicle(row: Row) -> str:
+    return f"vehicle {row['vehicle']} ({row['points']} points, {row['range_m']:.0f} m)"
+
+
+def _segment(row: Row) -> str:
+    return f"segment {row['segment']} ({row['points']} points)"
+
+
+def _removal(row: Row) -> str:
+    removed = f"{row['removed']} of {row['points']} points of cause {row['cause']} removed"
+    return f"{removed}, and {row['clean_removed_beside']} clean points with them"
+
+
+SUBJECTS: Mapping[str, Callable[[Row], str]] = {
+    "fit": _fit,
+    "track": _track,
+    "vehicle": _vehicle,
+    "traced_vehicle": _vehicle,
+    "confirmation": _vehicle,
+    "segment": _segment,
+    "removal": _removal,
+}
+"""Description of an observation by its kind."""
+
+
+def _of_drive(table: pd.DataFrame, measure: str) -> RankedRows:
+    """Rank the frames of one drive by collisions, closeness to a collision, or braking of the ego."""
+    driver = "truth" if measure.startswith(DRIVERS["truth"]) else "tracks"
+    measure = measure.removeprefix(DRIVERS[driver])
+    rows = table[table["driver"] == driver]
+    if measure.startswith("max_deceleration"):
+        braking = -rows["acceleration_mps2"].to_numpy(np.float64)
+        return RankedRows(rows, braking, lambda row: f"it brakes at {row['error']:.1f} m/s^2")
+    if measure == "collisions":
+        return RankedRows(rows, rows["collides"].to_numpy(np.float64), lambda _: "the ego collides")
+    distance = rows["gap_m" if measure.startswith("min_gap") else "ttc_s"].to_numpy(np.float64)
+
+    def describe(row: Row) -> str:
+        return f"{row['ttc_s']:.2f} s to a collision, {row['gap_m']:.1f} m away"
+
+    return RankedRows(rows, 1.0 / np.maximum(distance, 1e-3), describe)
+
+
+def _changes_of_track(truth: pd.DataFrame) -> RankedRows:
+    """Rank vehicles by changes of the track that follows them."""
+    followed = truth[truth["graded"] & (truth["track_id"] >= 0)].sort_values("frame", kind="stable")
+    rows = followed.assign(before=followed.groupby("actor_id")["track_id"].shift())
+    changed = rows["before"].notna() & (rows["before"] != rows["track_id"])
+
+    def describe(row: Row) -> str:
+        return f"vehicle {row['name']} goes from track {row['before']:.0f} to track {row['track_id']}"
+
+    return RankedRows(rows, changed.to_numpy(np.float64), describe)
+
+
+def _missed_and_false(truth: pd.DataFrame, tracks: pd.DataFrame) -> RankedRows:
+    """Rank frames by graded vehicles without a track and false tracks; new vehicles have little weight."""
+    graded = truth[truth["graded"]]
+    age_s = graded["time_s"] - graded.groupby("actor_id")["time_s"].transform("min")
+    weight = np.where(age_s < CONFIRMATION_S, NEW_VEHICLE_WEIGHT, 1.0)
+    missed = graded.assign(weight=weight)[graded["track_id"] < 0].groupby("frame")
+    false = tracks[tracks["verdict"] == "false"].groupby("frame").size()
+    frames = pd.concat([truth[["frame", "time_s"]], tracks[["frame", "time_s"]]]).drop_duplicates("frame")
+    columns = {"missed": missed.size(), "weight": missed["weight"].sum(), "false": false}
+    rows = frames.assign(**{name: frames["frame"].map(column).fillna(0) for name, column in columns.items()})
+
+    def describe(row: Row) -> str:
+        return f"{row['missed']:.0f} graded vehicles without a track, {row['false']:.0f} false tracks"
+
+    return RankedRows(rows, (rows["weight"] + rows["false"]).to_numpy(np.float64), describe)

@@ -90,6 +90,8 @@ class MetricDefinition:
     """Reason without a row that counts; empty: that of the kind."""
     why_unknown: str = ""
     """Reason if rows count and no value is known; empty: `why_none`."""
+    ranked_by: str = ""
+    """Column of the size of an error, which ranks the observations that count against a share; empty: `value`."""
 
 
 REQUIRED = ""
@@ -209,6 +211,6 @@ def _check_choice(key: str, value: str, choices: tuple[str, ...]) -> None:
         raise ValueError(f'{key}="{value}": name one of {", ".join(filter(None, choices))}')
 
 
-def restricted(selection: Selection, filters: Mapping[str, str]) -> Selection:
+def with_filters(selection: Selection, filters: Mapping[str, str]) -> Selection:
     """Return the selection with further filters."""
     return replace(selection, filters={**selection.filters, **filters})

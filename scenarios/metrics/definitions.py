@@ -123,14 +123,18 @@ def _fit() -> Iterator[MetricDefinition]:
 
     degrees, half = (0.0, FIT_HEADING_DEG), (0.0, 0.5 * FIT_HEADING_DEG)
     error = "heading error modulo 90 degrees"
-    yield of_method("heading_mean_deg", "deg", f"mean {error}", "heading_deg", **_signed(FIT_HEADING_DEG))
-    yield of_method("heading_std_deg", "deg", f"STD of the {error}", "heading_deg", statistic="std", range=degrees)
-    yield of_method("heading_abs_mean_deg", "deg", "mean absolute heading error", "heading_abs_deg", range=degrees)
+    yield of_method("heading_mean_deg", "deg", f"mean {error}", "heading_error_deg", **_signed(FIT_HEADING_DEG))
+    yield of_method(
+        "heading_std_deg", "deg", f"STD of the {error}", "heading_error_deg", statistic="std", range=degrees
+    )
+    yield of_method(
+        "heading_abs_mean_deg", "deg", "mean absolute heading error", "heading_abs_error_deg", range=degrees
+    )
     yield of_method(
         "heading_abs_std_deg",
         "deg",
         "STD of the absolute heading error",
-        "heading_abs_deg",
+        "heading_abs_error_deg",
         statistic="std",
         range=half,
     )
@@ -140,7 +144,9 @@ def _fit() -> Iterator[MetricDefinition]:
     )
     for limit in WITHIN_DEG:
         meaning = f"share of heading errors <= {limit} degrees"
-        yield of_method(f"within_{limit}deg", "1", meaning, f"within_{limit}deg", **share)
+        yield of_method(
+            f"within_{limit}deg", "1", meaning, f"within_{limit}deg", ranked_by="heading_error_deg", **share
+        )
     yield of_method(
         "position_abs_mean_m", "m", "mean distance of the nearest corner to the true one", "position_error_m"
     )
@@ -191,19 +197,24 @@ CORNER_FIGURES = {
 
 
 def _stages() -> Iterator[MetricDefinition]:
-    def rate(name: str, meaning: str, kind: str, value: str, rows: str) -> MetricDefinition:
+    def rate(name: str, meaning: str, kind: str, value: str, rows: str, ranked_by: str) -> MetricDefinition:
         filters = OF_VEHICLES if kind == "traced_vehicle" else ("class", "actor", "time")
         return MetricDefinition(
-            f"segmentation.{name}", "1", meaning, kind, value, rows, range=SHARE, filters=filters, interval=False
-        )
+            f"segmentation.{name}", "1", meaning, kind, value, rows, range=SHARE, filters=filters, interval=False,
+            ranked_by=ranked_by,
+        )  # fmt: skip
 
     yield rate(
-        "over_rate", "graded vehicles split over two or more segments", "traced_vehicle", "is_split", "segmented"
-    )
-    yield rate("under_rate", "segments of graded vehicles merged with another object", "segment", "is_merged", "")
+        "over_rate", "graded vehicles split over two or more segments", "traced_vehicle", "is_split", "segmented",
+        "outside_largest_segment_share",
+    )  # fmt: skip
+    yield rate(
+        "under_rate", "segments of graded vehicles merged with another object", "segment", "is_merged", "",
+        "second_share",
+    )  # fmt: skip
     yield rate(
         "missed_rate", "graded vehicles without a segment with most of their points", "traced_vehicle",
-        "has_no_segment", "segmented",
+        "has_no_segment", "segmented", "outside_largest_segment_share",
     )  # fmt: skip
     for name, weight, meaning, why in (
         (
@@ -290,6 +301,7 @@ def _consistency() -> Iterator[MetricDefinition]:
             yield MetricDefinition(
                 f"mma.{measure}_{name}", "1", meaning, "track", f"{{model}}_{measure}_{name}", "describes_{model}",
                 better=better, range=bounds, parameters={"model": models}, filters=OF_VEHICLES,
+                ranked_by=f"{{model}}_{measure}_mean",
                 why_none=NO_PAIR,
                 why_unknown=f"the tracker does not report its covariance or the {measure} of its models",
             )  # fmt: skip
@@ -355,8 +367,9 @@ def _missed() -> Iterator[MetricDefinition]:
         ),
     ):  # fmt: skip
         yield MetricDefinition(
-            f"track.{name}", "1", meaning, "vehicle", "missed", rows, range=SHARE, filters=OF_VEHICLES, why_none=why
-        )
+            f"track.{name}", "1", meaning, "vehicle", "missed", rows, range=SHARE, filters=OF_VEHICLES, why_none=why,
+            ranked_by="time_without_hit_s",
+        )  # fmt: skip
     censored = "too many vehicles were never confirmed"
     waits: tuple[tuple[str, str, Statistic], ...] = (
         ("time_to_confirm_s", "time from a vehicle's first graded frame to its first hit, median", "order_median"),
@@ -413,25 +426,26 @@ def _motion() -> Iterator[MetricDefinition]:
 
     turn = (0.0, TRACK_HEADING_DEG)
     heading = "absolute heading error modulo 360, moving vehicles"
-    yield figure("heading_abs_mean_deg", "deg", f"mean {heading}", "heading_abs_deg", "moving", range=turn)
+    yield figure("heading_abs_mean_deg", "deg", f"mean {heading}", "heading_abs_error_deg", "moving", range=turn)
     yield figure(
-        "heading_abs_p90_deg", "deg", f"90th percentile of the {heading}", "heading_abs_deg", "moving", range=turn,
-        statistic="p90", interval=False,
+        "heading_abs_p90_deg", "deg", f"90th percentile of the {heading}", "heading_abs_error_deg", "moving",
+        range=turn, statistic="p90", interval=False,
     )  # fmt: skip
     yield figure(
-        "heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles", "flipped", "moving", range=SHARE
-    )
+        "heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles", "flipped", "moving",
+        range=SHARE, ranked_by="heading_error_deg",
+    )  # fmt: skip
     yield figure(
         "heading_unflipped_mean_deg", "deg", "mean absolute heading error of headings that are not flipped",
-        "unflipped_abs_deg", "moving", range=(0.0, 90.0),
+        "unflipped_heading_abs_error_deg", "moving", range=(0.0, 90.0),
     )  # fmt: skip
     yield figure(
         "standing_heading_abs_mean_deg", "deg", "mean absolute heading error modulo 180, standing vehicles",
-        "axis_abs_deg", "standing", range=(0.0, 0.5 * TRACK_HEADING_DEG),
+        "heading_axis_abs_error_deg", "standing", range=(0.0, 0.5 * TRACK_HEADING_DEG),
     )  # fmt: skip
     yield figure(
         "standing_flip_rate", "1", "headings more than 90 degrees off, standing vehicles", "flipped", "standing",
-        range=SHARE,
+        range=SHARE, ranked_by="heading_error_deg",
     )  # fmt: skip
     yield figure("velocity_abs_mean_mps", "m/s", "mean norm of the velocity error", "velocity_error_mps")
     yield figure(

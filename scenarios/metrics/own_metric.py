@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from luxloop.scenarios.metrics.definition import MetricDefinition, Selection, restricted
+from luxloop.scenarios.metrics.definition import MetricDefinition, Selection, with_filters
 from luxloop.scenarios.metrics.definitions import ANY, find_metric
 from luxloop.sim.world import Kind
 
@@ -60,7 +60,7 @@ class OwnMetric(BaseModel):
     def selection(self) -> Selection:
         """The shipped metric over the chosen actors."""
         filters = {"class": "|".join(self.classes), "actor": "|".join(self.actors)}
-        return restricted(find_metric(self.of), {key: value for key, value in filters.items() if value})
+        return with_filters(find_metric(self.of), {key: value for key, value in filters.items() if value})
 
     @property
     def definition(self) -> MetricDefinition:

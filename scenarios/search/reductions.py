@@ -5,15 +5,14 @@ Parameters return towards neutral, and unnecessary elements of the scene are rem
 
 import copy
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain, repeat
 from pathlib import Path
 
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.given_figures import restricted
-from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
+from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames, worst_of_run
 from luxloop.scenarios.run import device, loop
 from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify
 from luxloop.scenarios.search.objective import distance, size
@@ -110,8 +109,7 @@ def _worst_frames(document: Json, evaluator: Evaluator, count: int) -> list[Wors
     own = next((metric for metric in scenario.metric if metric.name == name and metric.of), None)
     if own is None:
         return worst_frames(result, name, count)
-    of_actors = restricted(result.metrics.run, own.selection.filters).tables
-    return worst_frames(replace(result, tables=dict(of_actors)), own.of, count)
+    return worst_of_run(result.metrics.run, own.selection, count)
 
 
 def _items(document: Json, kind: str) -> Iterator[Reduction]:

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support import short_run
 from support.frames import DT, Body, Scripted, drive, follow, grade_run, tracks_of
 
-from luxloop.scenarios.grading import frame_badness, prediction_metrics
+from luxloop.scenarios.grading import prediction_metrics
+from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.metrics.definitions import HORIZONS
 from luxloop.sim.world import Mode
 from luxloop.tracker.records import MODELS, PREDICTION_S
@@ -140,13 +142,13 @@ def test_the_worst_frame_is_that_of_the_largest_error():
             return tracks, trace
 
     bodies = scene(change=40)
-    _, tables, _ = grade_run(bodies, OnceWrong([[follow(body) for body in frame] for frame in bodies]))
-    rated = frame_badness.predictions(tables["truth"], tables["tracks"], "mma", "1s", changing=False)
-    worst = rated.rows.assign(badness=rated.badness).sort_values("badness").dropna(subset="badness").iloc[-1]
-    assert (worst["frame"], worst["badness"]) == (7, pytest.approx(3.0, abs=1e-6))
-    assert "predicted 3.00 m off by mma" in rated.describe({**worst, "vehicle": "car0"})
-    near = frame_badness.predictions(tables["truth"], tables["tracks"], "mma", "1s", changing=True)
-    assert near.rows["frame"].min() == 28
+    metrics, tables, _ = grade_run(bodies, OnceWrong([[follow(body) for body in frame] for frame in bodies]))
+    result = replace(short_run.result(), metrics=metrics, tables=tables)
+    worst = worst_frames(result, "mma.prediction_1s_abs_mean_m", count=1)
+    assert [found.frame for found in worst] == [7]
+    assert worst[0].what == "track 0 on vehicle car0 (cv, truly cv): mma ahead 1s error 3 m"
+    changing = worst_frames(result, "mma.prediction_1s_abs_mean_m{when=changing}", count=1)
+    assert changing[0].frame >= 28
 
 
 def test_truth_is_interpolated_between_successive_frames_only():

@@ -7,7 +7,10 @@ import pytest
 from support import short_run
 from support.many_metrics import METRICS
 
-from luxloop.scenarios.grading.frame_tables import FITS, OUTLIERS, SEGMENTS, TRACKS, TRUTH
+from luxloop.scenarios.grading.figures import Figures
+from luxloop.scenarios.grading.frame_tables import FITS, OUTLIERS, OVERLAPS, SEGMENTS, TRACKS, TRUTH
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.result import Metric, Result
@@ -19,7 +22,9 @@ def table(schema, rows, **more):
     """Table with these rows; missing frames are 0, 1, ..., and other missing values are 0."""
     columns = {"frame": int, "time_s": float} | dict(schema) | more
     filled = [{"frame": frame, "time_s": 0.08 * row.get("frame", frame), **row} for frame, row in enumerate(rows)]
-    return pd.DataFrame({name: [row.get(name, zero(kind)) for row in filled] for name, kind in columns.items()})
+    values = {name: [row.get(name, zero(kind)) for row in filled] for name, kind in columns.items()}
+    made = {name: pd.Categorical(values[name], kind) for name, kind in columns.items() if isinstance(kind, tuple)}
+    return pd.DataFrame(values | made)
 
 
 def zero(kind):
@@ -27,9 +32,9 @@ def zero(kind):
 
 
 def worst(metric, **tables):
-    result = dataclasses.replace(
-        short_run.result(), metrics={metric: Metric(1.0, find_metric(metric).unit, 1)}, tables={**empty(), **tables}
-    )
+    tables = {**empty(), **tables}
+    figures = Figures(RunObservations(tables, GradingConfig(), 4), {metric: Metric(1.0, find_metric(metric).unit, 1)})
+    result = dataclasses.replace(short_run.result(), metrics=figures, tables=tables)
     return [(found.frame, found.what) for found in worst_frames(result, metric)]
 
 
@@ -39,7 +44,8 @@ def empty():
         "tracks": table(TRACKS, []),
         "fits": table(FITS, [], **FIT_ERRORS),
         "segments": table(SEGMENTS, []),
-        "outliers": table(OUTLIERS, []),
+        "outliers": table(OUTLIERS, [{}]),
+        "overlaps": table(OVERLAPS, []),
     }
 
 
@@ -53,21 +59,21 @@ TRACK = {"judged": True, "track_id": 3, "actor_id": 7, "true_mode": "cv", "model
         (
             "fit.heading_abs_mean_deg{method=area}",
             {"heading_error_deg": [1.0, -4.0, 0.0]},
-            [(1, "-4.0 deg off"), (0, "+1.0")],
+            [(1, "heading error -4 deg"), (0, "heading error 1 deg")],
         ),
         (
             "fit.within_1deg{method=area,view=rear}",
             {"heading_error_deg": [1.0, -4.0, 0.0]},
-            [(1, "-4.0 deg off"), (0, "+1.0")],
+            [(1, "heading error -4 deg")],
         ),
         ("fit.within_1deg{method=area,view=side}", {"heading_error_deg": [1.0, -4.0, 0.0]}, []),
         ("fit.heading_mean_deg{method=variance}", {"heading_error_deg": [1.0, -4.0, 0.0]}, []),
         (
             "fit.position_abs_mean_m{method=area}",
             {"position_error_m": [0.1, 0.0, 0.5]},
-            [(2, "0.50 m off"), (0, "0.10 m")],
+            [(2, "position error 0.5 m"), (0, "position error 0.1 m")],
         ),
-        ("fit.iou_mean{method=area}", {"iou": [0.9, 1.0, 0.25]}, [(2, "overlaps it by 0.25"), (0, "by 0.90")]),
+        ("fit.iou_mean{method=area}", {"iou": [0.9, 1.0, 0.25]}, [(2, "iou 0.25"), (0, "iou 0.9")]),
     ],
 )
 def test_fits(metric, errors, expected):
@@ -81,9 +87,10 @@ def test_fits(metric, errors, expected):
 
 
 def test_coverage_is_worst_at_observations_without_a_rectangle():
-    rows = [{**FIT, "best": True, "heading_error_deg": error} for error in (5.0, float("nan"))]
-    found = worst("fit.coverage", fits=table(FITS, rows, **FIT_ERRORS))
-    assert found == [(1, "no rectangle on vehicle car.7 (rear, 12 m)")]
+    seen = {"graded": True, "actor_id": 7, "name": "car.7", "points": 20, "range_m": 12.0, "largest_segment_share": 1.0}
+    fitted = [{**FIT, "best": True, "heading_error_deg": 5.0}]
+    found = worst("fit.coverage", truth=table(TRUTH, [seen, seen]), fits=table(FITS, fitted, **FIT_ERRORS))
+    assert found == [(1, "vehicle car.7 (20 points, 12 m)")]
 
 
 @pytest.mark.parametrize(
@@ -93,29 +100,28 @@ def test_coverage_is_worst_at_observations_without_a_rectangle():
             "mma.x_abs_mean_m{model=cv,target=moving}",
             [{"cv_x_error_m": -2.0}, {"cv_y_error_m": 9.0}],
             [0],
-            "2.00 m off by cv",
+            ": cv x error -2 m",
         ),
         (
             "mma.y_abs_std_m{target=moving}",
             [{"cv_y_error_m": 2.0}, {"mma_y_error_m": 1.0}],
             [1],
-            "1.00 m off by mma",
+            ": mma y error 1 m",
         ),
         ("mma.x_abs_mean_m{model=cv,target=standing}", [{"cv_x_error_m": -2.0}], [], ""),
-        ("mma.gain{target=moving}", [{"mma_x_error_m": 3.0, "mma_y_error_m": 4.0}], [0], "5.00 m off by mma"),
-        ("mma.mode_accuracy", [{"model": "cv"}, {}], [1], "is ca, truly cv"),
-        ("mma.selected{mode=cv,model=ca}", [{"model": "cv"}, {}], [1], "is ca, truly cv"),
-        ("mma.stationary_accuracy", [{}, {"model": "stationary"}], [1], "is stationary, truly cv"),
-        ("mma.nees_in_band", [{"nees": 2.0}, {"nees": 20.0}, {"nees": 0.02}], [2, 1], "a nees of 0.02, expected 2"),
+        ("mma.gain{target=moving}", [{"mma_x_error_m": 3.0, "mma_y_error_m": 4.0}], [0], ": mma x error 3 m"),
+        ("mma.mode_accuracy", [{"model": "cv"}, {}], [1], " (ca, truly cv)"),
+        ("mma.selected{mode=cv,model=ca}", [{"model": "cv"}, {}], [], ""),  # neither more nor less is better
+        ("mma.stationary_accuracy", [{}, {"model": "stationary"}], [1], " (stationary, truly cv)"),
+        ("mma.nees_in_band", [{"nees": 2.0}, {"nees": 20.0}, {"nees": 0.02}], [1, 2], ": mma nees mean 20"),
         (
             "mma.nis_mean{model=ca}",
-            [{"ca_nis": 2.0, "cv_nis": 99.0}, {"ca_nis": 20.0, "cv_nis": 2.0}],
+            [{"ca_nis": 99.0}, {"ca_nis": 20.0, "cv_nis": 2.0, "true_mode": "ca"}],
             [1],
-            "ca nis of 20",
+            ": ca nis mean 20",
         ),
-        ("track.heading_abs_mean_deg", [{"heading_error_deg": -170.0}], [0], "is -170.0 deg off in its track heading"),
+        ("track.heading_abs_mean_deg", [{"heading_error_deg": -170.0}], [0], ": heading error -170 deg"),
         ("track.heading_flip_rate", [{"heading_error_deg": 9.0, "true_mode": "stationary"}], [], ""),
-        ("track.loca", [{"iou": 0.8}, {"iou": 0.5}], [1, 0], "overlaps it by 0.50"),
     ],
 )
 def test_tracks(metric, rows, frames, words):
@@ -128,20 +134,20 @@ def test_tracks(metric, rows, frames, words):
 
 
 def test_segments():
-    truth = table(
-        TRUTH, [{"graded": True, "actor_id": 7, "name": "car.7", "points": 20, "largest_segment_share": 0.4}, {}]
-    )
+    seen = {"graded": True, "actor_id": 7, "name": "car.7", "points": 20, "range_m": 12.0}
+    split = {**seen, "largest_segment_share": 0.4, "segments": 2}
+    truth = table(TRUTH, [split, {**seen, "largest_segment_share": 1.0}])
     segments = table(SEGMENTS, [{}, {"segment": 5, "points": 40, "second_share": 0.3}])
-    expected = "40% of the 20 points of vehicle car.7 are in its largest segment"
+    expected = "vehicle car.7 (20 points, 12 m): outside largest segment share 0.6"
     assert worst("segmentation.over_rate", truth=truth, segments=segments) == [(0, expected)]
     assert worst("segmentation.missed_rate", truth=truth, segments=segments) == [(0, expected)]
-    expected = "30% of the 40 points of segment 5 belong to another object"
+    expected = "segment 5 (40 points): second share 0.3"
     assert worst("segmentation.under_rate", truth=truth, segments=segments) == [(1, expected)]
 
 
 def test_outliers():
     rows = [{"cause": "mirror", "points": 4, "removed": 3, "clean_removed_beside": 1}, {"cause": "ghost", "points": 9}]
-    expected = [(0, "3 of 4 removed, and 1 clean points with them")]
+    expected = [(0, "3 of 4 points of cause mirror removed, and 1 clean points with them")]
     assert worst("outliers.recall{cause=mirror}", outliers=table(OUTLIERS, rows)) == expected
 
 

@@ -160,7 +160,7 @@ def test_page_shows_the_verdict_with_needs_and_reasons(pages):
     assert "1 of 3 expectations hold, 1 known to fail" in text
     assert str(escape("a ruler's edge")) in text
     assert "the first frames have &lt;no&gt; track yet" in text
-    assert re.search(r"frame \d+ \(\d\.\d\d s\): .* on vehicle \S+ .* is [+-]\d+\.\d deg off in its fit heading", text)
+    assert re.search(r"frame \d+ \(\d\.\d\d s\): .* on vehicle \S+ .*: heading error -?[\d.]+ deg", text)
 
 
 def test_run_page_has_the_numbers_of_the_printed_tables(runs):

@@ -205,4 +205,4 @@ def test_failed_expectations_lead_to_pictures_of_their_frames(chromium, folder):
             caption = page.locator(f'[id="{target[1:]}"] figcaption').inner_text()
             assert f"Frame {number}," in caption
             assert "fit.heading_abs_mean_deg" in caption
-            assert "off in its fit heading" in caption
+            assert ": heading error " in caption

@@ -14,15 +14,15 @@ MOVING, PARKED = Body(0, 10.0, 5.0, 0.0, 10.0), Body(1, 20.0, -5.0)
 @pytest.mark.parametrize(
     ("metric", "frame", "what"),
     [
-        ("moving_velocity_abs_mean_mps", 1, "track 0 on vehicle car0 is +5.00 m/s off in its velocity"),
-        ("moving_velocity_abs_mean_mps{class=car}", 1, "track 0 on vehicle car0 is +5.00 m/s off in its velocity"),
-        ("velocity_abs_mean_mps", 2, "track 1 on vehicle car1 is +9.00 m/s off in its velocity"),
-        ("standing_speed_mean_mps", 2, "track 1 on vehicle car1 is +9.00 m/s fast"),
-        ("acceleration_abs_mean_mps2", 1, "track 0 on vehicle car0 is +2.00 m/s^2 off in its acceleration"),
-        ("length_mean_m", 0, "track 1 on vehicle car1 is -0.60 m off in its length"),
-        ("width_abs_mean_m{range=0-15}", 2, "track 0 on vehicle car0 is +0.20 m off in its width"),
-        ("missed_share{class=car}", 3, "2 graded vehicles without a track, 0 false tracks"),
-        ("time_to_confirm_s", 3, "2 graded vehicles without a track, 0 false tracks"),
+        ("moving_velocity_abs_mean_mps", 1, "track 0 on vehicle car0 (cv, truly cv): velocity error 5 m/s"),
+        ("moving_velocity_abs_mean_mps{class=car}", 1, "track 0 on vehicle car0 (cv, truly cv): velocity error 5 m/s"),
+        ("velocity_abs_mean_mps", 2, "track 1 on vehicle car1 (cv, truly stationary): velocity error 9 m/s"),
+        ("standing_speed_mean_mps", 2, "track 1 on vehicle car1 (cv, truly stationary): speed 9 m/s"),
+        ("acceleration_abs_mean_mps2", 1, "track 0 on vehicle car0 (cv, truly cv): acceleration error 2 m/s^2"),
+        ("length_mean_m", 0, "track 1 on vehicle car1 (cv, truly stationary): length error -0.6 m"),
+        ("width_abs_mean_m{range=0-15}", 2, "track 0 on vehicle car0 (cv, truly cv): width error 0.2 m"),
+        ("missed_share{actor=car1}", 3, "vehicle car1 (20 points, 21 m): time without hit 0.08 s"),
+        ("mota", 3, "2 graded vehicles without a track, 0 false tracks"),
     ],
 )
 def test_the_worst_frame_has_the_largest_error(metric, frame, what):
