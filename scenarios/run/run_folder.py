@@ -121,7 +121,7 @@ def read(folder: Path) -> Result:
         document = json.loads((folder / RESULT).read_text(encoding="utf-8"))
         tables = {path.stem: _read_table(path) for path in sorted((folder / TABLES).glob("*.parquet"))}
         return Result(
-            scenario=document["scenario"],
+            scenario=_name(document["scenario"]),
             seed=document["seed"],
             trace_hash=document["trace_hash"],
             ended_early=document["ended_early"],
@@ -172,6 +172,13 @@ def _not_a_run(folder: Path) -> OutputError:
 def metric_document(metric: Metric) -> dict[str, Any]:
     """Return the JSON of a metric; reasons are left out if they are empty."""
     return {key: value for key, value in asdict(metric).items() if key not in REASONS or value}
+
+
+def _name(scenario: str) -> str:
+    """Return the name of a scenario, by which exporters and figures name files of their folders."""
+    if Path(scenario).name != scenario or scenario == ".." or "\0" in scenario:
+        raise ValueError(f"{scenario!r} is no name of a scenario")
+    return scenario
 
 
 def _figures(document: dict[str, Any], tables: dict[str, pd.DataFrame]) -> Figures:

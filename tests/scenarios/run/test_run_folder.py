@@ -263,6 +263,16 @@ def test_reading_another_folder_is_an_error(tmp_path):
         run_folder.read(tmp_path)
 
 
+@pytest.mark.parametrize("name", ["../../street", "/tmp/street", "a/b", "..", "street\0"])
+def test_the_name_of_a_scenario_never_leads_out_of_a_folder(name, tmp_path):
+    """Exporters and figures of a stranger's run make files of this name."""
+    write_run(tmp_path / "run")
+    file = tmp_path / "run" / "result.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), "scenario": name}))
+    with pytest.raises(OutputError, match="damaged, or of another version"):
+        run_folder.read(tmp_path / "run")
+
+
 def test_a_run_without_recording_is_an_error_with_a_remedy(tmp_path):
     write_run(tmp_path / "run")
     with pytest.raises(OutputError, match="without --no-recording"):
