@@ -49,9 +49,9 @@ class Trajectories:
         Raises
         ------
         TrafficInputError
-            A road user has two samples at the same time.
+            A road user has two different samples at the same time.
         """
-        order = np.lexsort((recording.time, recording.user))
+        order = _without_repetitions(recording, np.lexsort((recording.time, recording.user)))
         user, time, pose = recording.user[order], recording.time[order], recording.pose[order].copy()
         _require_single(recording, order, user, time)
         step, distance = np.diff(time), np.hypot(*np.diff(pose[:, :2], axis=0).T)
@@ -93,6 +93,14 @@ class Trajectories:
         pose += s**3 * (h * (rate + end_rate) - 2 * (end - start))
         slope = (1 - s) * (1 - 3 * s) * rate + s * (3 * s - 2) * end_rate + 6 * s * (1 - s) * (end - start) / h
         return pose, slope
+
+
+def _without_repetitions(recording: Recording, order: Ints) -> Ints:
+    """Return the rows `order`, sorted by user and time, without those that repeat the previous one exactly."""
+    user, time, pose = recording.user[order], recording.time[order], recording.pose[order]
+    same_pose = ((np.diff(pose, axis=0) == 0.0) | np.isnan(pose[1:]) & np.isnan(pose[:-1])).all(axis=1)
+    repeats = (np.diff(user) == 0) & (np.diff(time) == 0.0) & same_pose
+    return order[np.concatenate([[True], ~repeats])] if len(order) else order
 
 
 def _require_single(recording: Recording, order: Ints, user: Ints, time: Floats) -> None:

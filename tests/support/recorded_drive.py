@@ -94,8 +94,8 @@ def write_ros1(path):
     return path
 
 
-def write_ros2(path, plugin="SQLITE3"):
-    """Write the drive as a ROS 2 bag: a folder."""
+def write_ros2(path, plugin="SQLITE3", begin_s=-np.inf, end_s=np.inf):
+    """Write the drive, or its part from `begin_s` until before `end_s` after its start, as a ROS 2 bag: a folder."""
     need("recordings")
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
@@ -106,7 +106,8 @@ def write_ros2(path, plugin="SQLITE3"):
         for topic, kind, time_ns, message in messages(store.types):
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(connections[topic], time_ns, store.serialize_cdr(message, kind))
+            if begin_s <= 1e-9 * time_ns - START_S < end_s:
+                writer.write(connections[topic], time_ns, store.serialize_cdr(message, kind))
     return path
 
 

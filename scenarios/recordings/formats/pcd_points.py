@@ -9,6 +9,7 @@ POINTS, which older versions of the format have.
 """
 
 import io
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -76,7 +77,7 @@ def _copy(out: bytearray, start: int, length: int) -> None:
 RECORDING_SUFFIXES = (".pcd",)
 HEADER_MAX = 65_536
 """Bytes searched for the end of the header."""
-LAST_LINE = b"DATA"
+LAST_LINE = re.compile(rb"^DATA\b.*\n", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,12 +117,9 @@ def read_pcd(path: Path) -> npt.NDArray[np.void]:
 
 
 def _header(path: Path, content: bytes) -> PcdHeader:
-    start = content.find(LAST_LINE, 0, HEADER_MAX)
-    end = content.find(b"\n", start) + 1 if start >= 0 else 0
-    try:
-        lines = content[:end].decode("ascii").splitlines()
-    except UnicodeDecodeError:
-        lines = []
+    last = LAST_LINE.search(content, 0, HEADER_MAX)
+    end = last.end() if last else 0
+    lines = content[:end].decode("utf-8", errors="replace").splitlines()  # comments may be in any language
     words = {line.split()[0]: line.split()[1:] for line in lines if line.split() and not line.startswith("#")}
     try:
         names, sizes, kinds = words["FIELDS"], words["SIZE"], words["TYPE"]

@@ -16,9 +16,10 @@ from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 RING_NAMES = ("ring", "line", "layer", "channel")
 TIME_NAMES = ("t", "time", "time_stamp", "timestamp", "offset_time")
 """Names of fields of rings and of times: Velodyne, Ouster, Hesai, Livox and Robosense drivers differ."""
-NANOSECONDS = 1e-9
-CLOCK_S = 1e6
-"""[s] Larger times of points are on the clock of the recording, and not relative to the sweep."""
+UNITS_S = (1.0, 1e-3, 1e-6, 1e-9)
+"""Units of the times of points [s]: seconds to nanoseconds."""
+LONGEST_SWEEP_S = 2.0
+"""[s] Longest sweep: LIDARs take 0.02 to 0.2 s. Units differ by 1000, so that one unit fits the times of a sweep."""
 
 
 def sweep_of_table(table: npt.NDArray[np.void], time: float, unit: int) -> Sweep:
@@ -44,14 +45,33 @@ def sweep_of_table(table: npt.NDArray[np.void], time: float, unit: int) -> Sweep
     points = np.column_stack([table[name].astype(np.float64) for name in "xyz"])
     kept = np.isfinite(points).all(axis=1) & (points != 0.0).any(axis=1)
     ring = next((table[name].astype(np.int64) for name in RING_NAMES if name in names), None)
-    offset = next((_time_offset(table[name], time) for name in TIME_NAMES if name in names), np.zeros(len(points)))
-    return Sweep(time, unit, points, offset, ring).subset(kept)
+    timed = next((name for name in TIME_NAMES if name in names), None)
+    offset = _time_offset(timed, table[timed], time) if timed else np.zeros(len(points))
+    return Sweep(time, unit, points, offset, ring).subset(kept & np.isfinite(offset))
 
 
-def _time_offset(values: npt.NDArray[Any], time: float) -> Floats:
-    """Return times (N,) after that of the sweep [s]: integers are nanoseconds, floats seconds."""
-    offset = values.astype(np.float64) * (NANOSECONDS if values.dtype.kind in "iu" else 1.0)
-    return np.where(np.abs(offset) > CLOCK_S, offset - time, offset)
+def _time_offset(name: str, values: npt.NDArray[Any], time: float) -> Floats:
+    """Return times (N,) after that of the sweep [s]; NaN stays NaN.
+
+    Integers are nanoseconds. Floats have the largest unit by which the sweep is not too long. Times on a clock become
+    offsets from the time of the sweep, or from the first point if the sweep has another clock.
+    """
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return np.full(len(values), np.nan)
+    span = float(finite.max()) - float(finite.min())
+    units_s = UNITS_S[-1:] if values.dtype.kind in "iu" else UNITS_S
+    unit_s = next((unit_s for unit_s in units_s if span * unit_s <= LONGEST_SWEEP_S), None)
+    if unit_s is None:
+        raise InputError(
+            f"the times of the points, field {name}, span {span * units_s[-1]:.3g} s as nanoseconds; a sweep takes at "
+            f"most {LONGEST_SWEEP_S:g} s: write each sweep as a message or file of its own"
+        )
+    first_s = float(finite.min()) * unit_s
+    if first_s <= LONGEST_SWEEP_S:
+        return values.astype(np.float64) * unit_s
+    start = time / unit_s if abs(first_s - time) <= LONGEST_SWEEP_S else float(finite.min())
+    return np.asarray((values.astype(np.float64) - start) * unit_s)
 
 
 @dataclass(frozen=True, slots=True)

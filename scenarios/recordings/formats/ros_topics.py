@@ -13,7 +13,8 @@ from luxloop.scenarios.recordings.formats.point_files import sweep_of_table
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 
 CLOUD, LASER = "sensor_msgs/PointCloud2", "sensor_msgs/LaserScan"
-SWEEPS = (CLOUD, LASER)
+LIVOX = ("livox_ros_driver/CustomMsg", "livox_ros_driver2/CustomMsg")
+SWEEPS = (CLOUD, LASER, *LIVOX)
 ODOMETRY, POSE = "nav_msgs/Odometry", "geometry_msgs/PoseStamped"
 POSE_COVARIANCE, TRANSFORM = "geometry_msgs/PoseWithCovarianceStamped", "geometry_msgs/TransformStamped"
 TRANSFORMS = "tf2_msgs/TFMessage"
@@ -56,7 +57,7 @@ def pose_rows(kind: str, message: Any, logged_s: float) -> Iterator[tuple[str, s
 
 
 def sweep_of(kind: str, message: Any, logged_s: float, unit: int) -> Sweep:
-    """Return the points of a `LaserScan` or a `PointCloud2`.
+    """Return the points of a `LaserScan`, a `PointCloud2`, or a `CustomMsg` of Livox.
 
     Raises
     ------
@@ -64,7 +65,9 @@ def sweep_of(kind: str, message: Any, logged_s: float, unit: int) -> Sweep:
         The message contradicts itself, or has no coordinates.
     """
     time = stamp_of(message, logged_s)
-    return _laser(message, time, unit) if kind == LASER else sweep_of_table(_table(message), time, unit)
+    if kind == LASER:
+        return _laser(message, time, unit)
+    return sweep_of_table(_livox_table(message) if kind in LIVOX else _table(message), time, unit)
 
 
 def _laser(message: Any, time: float, unit: int) -> Sweep:
@@ -97,6 +100,16 @@ def _table(message: Any) -> npt.NDArray[np.void]:
         )
     rows = data.reshape(message.height, -1)[:, : message.width * message.point_step]
     return np.ascontiguousarray(rows).reshape(-1).view(layout)
+
+
+LIVOX_POINT = np.dtype([("offset_time", "<u4"), ("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("line", "u1")])
+"""Fields of a point of Livox: nanoseconds after `timebase`, coordinates [m], and the number of the laser."""
+
+
+def _livox_table(message: Any) -> npt.NDArray[np.void]:
+    """Return the points (N,) of a Livox CustomMsg as a structured array."""
+    names = LIVOX_POINT.names or ()
+    return np.array([tuple(getattr(point, name) for name in names) for point in message.points], LIVOX_POINT)
 
 
 def _yaw(turn: Any) -> float:
@@ -138,9 +151,11 @@ class RosTopics:
         known = sorted(topic for topic, kind in types.items() if kind in SWEEPS)
         for topic in wanted:
             if topic not in known:
-                raise InputError(f"{name}: --topic {topic}: no PointCloud2 or LaserScan there; {_listed(known)}")
+                raise InputError(f"{name}: --topic {topic}: no {_readable()} there; {_listed(known, types)}")
+        if not wanted and not known:
+            raise InputError(f"{name}: no topic with {_readable()}; {_listed(known, types)}")
         if not wanted and len(known) != 1:
-            raise InputError(f"{name}: name a topic of LIDAR points with --topic; {_listed(known)}")
+            raise InputError(f"{name}: name a topic of LIDAR points with --topic; {_listed(known, types)}")
         return cls(name, types, counts, wanted or known, messages)
 
     @property
@@ -166,7 +181,7 @@ class RosTopics:
         kind = self.types.get(topic)
         known = sorted(name for name, kind in self.types.items() if kind in POSES)
         if kind not in POSES:
-            raise InputError(f"{self.name}: {topic}: no poses there; {_listed(known)}")
+            raise InputError(f"{self.name}: {topic}: no poses there; {_listed(known, self.types)}")
         if kind == TRANSFORMS and not child:
             raise InputError(f"{self.name}: {topic}: holds transforms; name one as {topic}:PARENT:CHILD")
         found = PoseList()
@@ -180,5 +195,13 @@ class RosTopics:
         return found
 
 
-def _listed(topics: list[str]) -> str:
-    return f"the recording has {', '.join(topics)}" if topics else "the recording has none"
+def _readable() -> str:
+    return "PointCloud2, LaserScan or Livox CustomMsg"
+
+
+def _listed(topics: list[str], types: dict[str, str]) -> str:
+    """Name the topics that fit, or else all topics with their types: packets of a driver need its conversion."""
+    if topics:
+        return f"the recording has {', '.join(topics)}"
+    known = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(types.items()))
+    return f"the recording has {known}; convert packets with the sensor's driver" if known else "it has no topics"

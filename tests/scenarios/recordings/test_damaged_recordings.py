@@ -69,6 +69,14 @@ def test_a_truncated_file_is_refused(kind, tmp_path, capsys):
     assert str(path) in refused(capsys, tmp_path / "out", path, *MOUNT)
 
 
+def test_a_truncated_mcap_names_its_repair(tmp_path, capsys):
+    path = mcap(tmp_path)
+    path.write_bytes(path.read_bytes()[: int(0.6 * path.stat().st_size)])
+    assert "ends within the recording; recover it with `mcap recover`" in refused(
+        capsys, tmp_path / "out", path, *MOUNT
+    )
+
+
 @pytest.mark.parametrize("kind", WRITERS)
 def test_an_empty_file_is_refused(kind, tmp_path, capsys):
     path = WRITERS[kind](tmp_path)

@@ -6,6 +6,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from support import recorded_drive as drive
+from support.optional import need
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.recordings.recording import Recording
@@ -66,6 +67,21 @@ def test_the_summary_names_the_options(recording):
     assert "points.parquet" in (recording.folder / "README.md").read_text()
     names = pq.read_schema(recording.folder / "points.parquet").names
     assert "actor_id" not in names
+
+
+def test_parts_of_an_mcap_recording_are_one(tmp_path):
+    """Recorders start a new file after some time; the order of the arguments does not matter."""
+    need("recordings")
+    parts = [
+        next(drive.write_ros2(tmp_path / f"part {begin}", "MCAP", begin, end).glob("*.mcap"))
+        for begin, end in ((1.0, np.inf), (-np.inf, 1.0))
+    ]
+    whole = [str(write("mcap", tmp_path))]
+    for name, paths in (("whole", whole), ("parts", map(str, parts))):
+        assert main(["import", *paths, "--out", str(tmp_path / name), *drive.OPTIONS]) == 0
+    one, other = (Recording(tmp_path / name) for name in ("whole", "parts"))
+    assert other.time_s.tolist() == one.time_s.tolist()
+    assert [len(scan) for scan in other.scans()] == [len(scan) for scan in one.scans()]
 
 
 def test_scale_applies_to_lengths_and_times(tmp_path):

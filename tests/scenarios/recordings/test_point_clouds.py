@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.recordings.formats.ros_topics import CLOUD, sweep_of
+from luxloop.scenarios.recordings.formats.ros_topics import CLOUD, RosTopics, sweep_of
 
 CODES = {"<f4": 7, "<f8": 8, "<u2": 4, "<u4": 6, "u1": 2}
 
@@ -53,6 +53,57 @@ def test_times_on_the_clock_become_offsets():
     message = cloud([(1, 0, 0, clock + 0.05)], ["x", "y", "z", "timestamp"], ["<f4", "<f4", "<f4", "<f8"])
     message.header.stamp = SimpleNamespace(sec=int(clock), nanosec=0)
     assert sweep_of(CLOUD, message, 0.0, 0).time_offset == pytest.approx([0.05], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "times"),
+    [("<f8", (0.0, 1e8)), ("<f4", (0.0, 1e5)), ("<f4", (0.0, 100.0)), ("<f4", (0.0, 0.1)), ("<u4", (0, 100_000_000))],
+)
+def test_the_unit_of_times_follows_from_the_length_of_the_sweep(kind, times):
+    """Drivers write seconds, milliseconds, microseconds and nanoseconds under the same names."""
+    message = cloud([(1, 0, 0, times[0]), (2, 0, 0, times[1])], ["x", "y", "z", "time"], ["<f4", "<f4", "<f4", kind])
+    assert sweep_of(CLOUD, message, 0.0, 0).time_offset == pytest.approx([0.0, 0.1])
+
+
+@pytest.mark.parametrize("since_power_on", [1000.0, 1e12, 1.7e18])
+def test_times_on_another_clock_count_from_the_first_point(since_power_on):
+    times = (since_power_on + 0.05, since_power_on) if since_power_on < 1e6 else (since_power_on + 5e7, since_power_on)
+    rows = [(1, 0, 0, times[0]), (2, 0, 0, times[1])]
+    message = cloud(rows, ["x", "y", "z", "time"], ["<f4", "<f4", "<f4", "<f8"])
+    assert sweep_of(CLOUD, message, 0.0, 0).time_offset == pytest.approx([0.05, 0.0], abs=1e-6)
+
+
+def test_times_of_more_than_a_sweep_are_refused():
+    message = cloud([(1, 0, 0, 0.0), (2, 0, 0, 6e9)], ["x", "y", "z", "time"], ["<f4", "<f4", "<f4", "<f8"])
+    with pytest.raises(InputError, match=r"field time, span 6 s .* a sweep takes at most 2 s"):
+        sweep_of(CLOUD, message, 0.0, 0)
+
+
+def test_points_without_a_time_are_left_out():
+    message = cloud([(1, 0, 0, np.nan), (2, 0, 0, 0.1)], ["x", "y", "z", "time"], ["<f4", "<f4", "<f4", "<f4"])
+    assert sweep_of(CLOUD, message, 0.0, 0).points[:, 0].tolist() == [2.0]
+    message = cloud([(1, 0, 0, np.nan)], ["x", "y", "z", "time"], ["<f4", "<f4", "<f4", "<f4"])
+    assert len(sweep_of(CLOUD, message, 0.0, 0)) == 0
+
+
+def test_a_livox_message_has_nanoseconds_and_lines():
+    """Fields as in livox_ros_driver2/CustomMsg; points at the origin are missing returns."""
+    points = [
+        SimpleNamespace(offset_time=t, x=x, y=0.5, z=0.1, reflectivity=9, tag=16, line=line)
+        for t, x, line in [(0, 4.0, 0), (50_000_000, 5.0, 3)]
+    ]
+    message = SimpleNamespace(header=cloud([(1, 2, 3)], ["x", "y", "z"], ["<f4"] * 3).header, points=points)
+    sweep = sweep_of("livox_ros_driver2/CustomMsg", message, 0.0, 1)
+    assert sweep.points[:, 0].tolist() == [4.0, 5.0]
+    assert sweep.time_offset == pytest.approx([0.0, 0.05])
+    assert sweep.ring.tolist() == [0, 3]
+
+
+def test_a_recording_of_packets_lists_its_topics_with_types():
+    types = {"/packets": "velodyne_msgs/msg/VelodyneScan", "/imu": "sensor_msgs/msg/Imu"}
+    listed = r"the recording has /imu \(sensor_msgs/Imu\), /packets \(velodyne_msgs/VelodyneScan\); convert packets"
+    with pytest.raises(InputError, match=listed):
+        RosTopics.of("drive", types, {"/packets": 3, "/imu": 9}, [], lambda _: [])
 
 
 def test_an_organised_cloud_and_a_zero_stamp():

@@ -65,6 +65,35 @@ def test_kitti_files_are_sweeps_of_a_constant_rate(tmp_path):
     assert found[0].ring is None
 
 
+def test_files_of_nuscenes_have_rings(tmp_path):
+    """Five floats a point: x, y, z, intensity, ring (nuScenes devkit, `LidarPointCloud.from_file`)."""
+    rows = [[1.5, -2.0, 0.25, 12.0, 3.0], [-4.0, 5.0, -1.5, 0.0, 31.0], [7.5, 0.5, 0.125, 255.0, 0.0], [1, -1, 2, 8, 4]]
+    np.array(rows, dtype="<f4").tofile(tmp_path / "a.bin")
+    (sweep,) = sweeps([tmp_path / "a.bin"])
+    assert sweep.points.tolist() == [row[:3] for row in rows]
+    assert sweep.ring.tolist() == [3, 31, 0, 4]
+
+
+def test_files_of_another_number_of_floats_are_refused(tmp_path):
+    """Six floats: never points of garbage. Sixty values are points of four and of five floats by their number."""
+    rng = np.random.default_rng(0)
+    rows = np.column_stack([rng.normal(0.0, 20.0, (10, 3)), rng.uniform(0.0, 1.0, (10, 1)), rng.uniform(0, 9, (10, 2))])
+    rows.astype("<f4").tofile(tmp_path / "a.bin")
+    with pytest.raises(InputError, match=r"a\.bin: no points of float32 x, y, z, intensity, with or without ring"):
+        sweeps([tmp_path / "a.bin"])
+    np.zeros((5, 4), "<f4").tofile(tmp_path / "b.bin")
+    with pytest.raises(InputError, match=r"b\.bin: points of both"):
+        sweeps([tmp_path / "b.bin"])
+
+
+@pytest.mark.parametrize("comment", ["# DATA of the drive", "# Aufnahme der Straße"])
+def test_comments_in_a_pcd_header_are_skipped(comment, tmp_path):
+    path = tmp_path / "a.pcd"
+    path.write_bytes(f"{comment}\n{HEADER.format('binary')}".encode() + body("binary"))
+    (sweep,) = sweeps([path])
+    assert len(sweep) == 2
+
+
 def test_lzf_copies_may_overlap_their_own_output():
     # Two literals "ab", then 7 bytes from 2 back: abababa; then the long form: 9 + 3 bytes from 1 back.
     packed = bytes([1]) + b"ab" + bytes([(5 << 5), 1]) + bytes([(7 << 5), 3, 0])

@@ -103,6 +103,18 @@ def test_poses_are_constant_beyond_the_ends_and_for_single_samples():
     assert rate[1] == pytest.approx(np.zeros(3))
 
 
+LINE = [(0.0, 0.0, 0.0, 0.0), (0.5, 5.0, 0.0, 0.0), (1.0, 10.0, 0.0, 0.0)]
+"""Time [s], x, y [m] and yaw [rad]."""
+
+
+def test_a_repeated_sample_counts_once():
+    """CommonRoad files may hold the initial state again as the first state of the trajectory."""
+    once, twice = (Trajectories.of(recording(rows), gap_s=1.0) for rows in ([*LINE], [LINE[0], *LINE]))
+    assert twice.pose.tolist() == once.pose.tolist()
+    assert twice.time.tolist() == once.time.tolist()
+
+
 def test_two_samples_at_the_same_time_are_rejected():
+    twice = [*along_x([0.0, 0.5]), (0.5, 5.01, 0.0, 0.0)]
     with pytest.raises(TrafficInputError, match=r"^.n1. has two samples at 0\.5 s, rows 4 and 5; keep one$"):
-        Trajectories.of(recording(along_x([0.0, 0.5]), along_x([0.0, 0.5, 0.5])), gap_s=1.0)
+        Trajectories.of(recording(along_x([0.0, 0.5]), twice), gap_s=1.0)
