@@ -30,7 +30,9 @@ IDENTITIES = ("id_switch", "fragments", "survival")
 OF_TRACKS = ("score", "gospa", "occlusion")
 """Kinds of metrics about tracks without an error per observation."""
 NEW_VEHICLE_WEIGHT = 0.01
-"""Weight of a vehicle without a track that was first graded less than `CONFIRMATION_S` ago."""
+"""Weight of a vehicle without a hit that was first graded less than `CONFIRMATION_S` ago."""
+LISTED = 3
+"""Vehicles and tracks that the description of a frame names."""
 UNITS = {"deg": " deg", "m": " m", "s": " s", "mps": " m/s", "mps2": " m/s^2"}
 """Units by the last word of a column's name."""
 
@@ -93,7 +95,7 @@ def _ranked(selection: Selection, run: RunObservations) -> RankedRows | None:
     kind, name = selection.definition.kind, selection.definition.name
     if kind in OF_TRACKS:
         changes = any(part in name for part in IDENTITIES)
-        return _changes_of_track(run.truth) if changes else _missed_and_false(run.truth, run.tracks)
+        return _changes_of_track(run.truth) if changes else _misses(run)
     if kind == "control":
         return _of_drive(run.tables["control"], name.removeprefix("control."))
     if kind == "gain":
@@ -201,18 +203,38 @@ def _changes_of_track(truth: pd.DataFrame) -> RankedRows:
     return RankedRows(rows, changed.to_numpy(np.float64), describe)
 
 
-def _missed_and_false(truth: pd.DataFrame, tracks: pd.DataFrame) -> RankedRows:
-    """Rank frames by graded vehicles without a track and false tracks; new vehicles have little weight."""
-    graded = truth[truth["graded"]]
-    age_s = graded["time_s"] - graded.groupby("actor_id")["time_s"].transform("min")
-    weight = np.where(age_s < CONFIRMATION_S, NEW_VEHICLE_WEIGHT, 1.0)
-    missed = graded.assign(weight=weight)[graded["track_id"] < 0].groupby("frame")
-    false = tracks[tracks["verdict"] == "false"].groupby("frame").size()
-    frames = pd.concat([truth[["frame", "time_s"]], tracks[["frame", "time_s"]]]).drop_duplicates("frame")
-    columns = {"missed": missed.size(), "weight": missed["weight"].sum(), "false": false}
-    rows = frames.assign(**{name: frames["frame"].map(column).fillna(0) for name, column in columns.items()})
+def _misses(run: RunObservations) -> RankedRows:
+    """Rank frames by graded vehicles without a hit and tracks that hit none; new vehicles have little weight."""
+    vehicles, tracks = run.clear.vehicles, run.clear.tracks
+    missed, false = vehicles[~run.clear.is_hit], tracks[~run.clear.hits]
+    age_s = missed["time_s"] - missed["actor_id"].map(vehicles.groupby("actor_id")["time_s"].min())
+    error = pd.concat(
+        [
+            missed[["frame", "time_s"]].assign(error=np.where(age_s < CONFIRMATION_S, NEW_VEHICLE_WEIGHT, 1.0)),
+            false[["frame", "time_s"]].assign(error=1.0),
+        ]
+    )
+    rows = error.groupby(["frame", "time_s"], as_index=False)["error"].sum()
 
     def describe(row: Row) -> str:
-        return f"{row['missed']:.0f} graded vehicles without a track, {row['false']:.0f} false tracks"
+        return _named_misses(run, *(table[table["frame"] == row["frame"]] for table in (missed, false)))
 
-    return RankedRows(rows, (rows["weight"] + rows["false"]).to_numpy(np.float64), describe)
+    return RankedRows(rows, rows["error"].to_numpy(np.float64), describe)
+
+
+def _named_misses(run: RunObservations, missed: pd.DataFrame, false: pd.DataFrame) -> str:
+    """Return how far the tracks of a frame overlap the vehicles that they do not hit, and tracks on no vehicle."""
+    overlaps = run.tables["overlaps"]
+    near = overlaps[overlaps["frame"].isin(missed["frame"]) & overlaps["track_id"].isin(false["track_id"])]
+    best = near.sort_values("iou").drop_duplicates("actor_id", keep="last").set_index("actor_id")
+    needed, explained, parts = f"a hit needs {run.config.hit_iou_min:g}", set[int](), list[str]()
+    for actor, name in zip(missed["actor_id"], missed["name"], strict=True):
+        if actor in best.index:
+            track, iou = int(best.loc[actor, "track_id"]), best.loc[actor, "iou"]
+            explained.add(track)
+            parts.append(f"track {track} overlaps vehicle {name} by {iou:.2f}, {needed}")
+        else:
+            parts.append(f"no track overlaps vehicle {name}")
+    parts += [f"track {track} hits no vehicle" for track in false["track_id"] if track not in explained]
+    more = [f"{len(parts) - LISTED} more"] if len(parts) > LISTED else []
+    return "; ".join([*parts[:LISTED], *more])

@@ -89,4 +89,4 @@ def test_all_points_of_kept_frames_are_kept(result):
 def test_new_vehicles_without_a_track_are_not_the_worst_frames_of_missed(result):
     worst = worst_frames(result, "track.missed", count=1)[0]
     assert worst.time_s >= CONFIRMATION_S
-    assert worst.what.startswith("2 graded vehicles without a track")
+    assert worst.what == "no track overlaps vehicle car.1; no track overlaps vehicle car.2"

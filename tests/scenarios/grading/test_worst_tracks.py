@@ -22,7 +22,7 @@ MOVING, PARKED = Body(0, 10.0, 5.0, 0.0, 10.0), Body(1, 20.0, -5.0)
         ("length_mean_m", 0, "track 1 on vehicle car1 (cv, truly stationary): length error -0.6 m"),
         ("width_abs_mean_m{range=0-15}", 2, "track 0 on vehicle car0 (cv, truly cv): width error 0.2 m"),
         ("missed_share{actor=car1}", 3, "vehicle car1 (20 points, 21 m): time without hit 0.08 s"),
-        ("mota", 3, "2 graded vehicles without a track, 0 false tracks"),
+        ("mota", 3, "no track overlaps vehicle car0; no track overlaps vehicle car1"),
     ],
 )
 def test_the_worst_frame_has_the_largest_error(metric, frame, what):
@@ -36,3 +36,14 @@ def test_the_worst_frame_has_the_largest_error(metric, frame, what):
     result = replace(short_run.result(), metrics=metrics, tables=tables)
     found = worst_frames(result, f"track.{metric}")[0]
     assert (found.frame, found.what) == (frame, what)
+
+
+def test_a_miss_states_the_overlap_that_a_hit_needs():
+    """The track is 2.5 m behind a car of 5 m: they overlap by a third."""
+    scene = [[MOVING, PARKED]] * 2
+    behind = follow(MOVING, x=MOVING.x - 0.5 * MOVING.size[0])
+    metrics, tables, _ = grade_run(scene, Scripted([[follow(MOVING), follow(PARKED)], [behind, follow(PARKED)]]))
+    result = replace(short_run.result(), metrics=metrics, tables=tables)
+    for metric in ("track.hota", "track.missed", "track.gospa_m"):
+        (found,) = worst_frames(result, metric)
+        assert (found.frame, found.what) == (1, "track 0 overlaps vehicle car0 by 0.33, a hit needs 0.5")
