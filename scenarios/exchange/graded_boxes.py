@@ -6,9 +6,9 @@ from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.padding import Padding
-from rich.table import Table
 from rich.text import Text
 
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.exchange.box_grading import grade
 from luxloop.scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES, Definition
 from luxloop.scenarios.exchange.box_table import BoxTable
