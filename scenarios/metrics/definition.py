@@ -90,6 +90,8 @@ class MetricDefinition:
     """Reason without a row that counts; empty: that of the kind."""
     why_unknown: str = ""
     """Reason if rows count and no value is known; empty: `why_none`."""
+    needs: str = ""
+    """Column of the table `tracks` without which results do not list the metric: boxes of files may have it."""
 
 
 REQUIRED = ""
