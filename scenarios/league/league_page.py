@@ -12,6 +12,7 @@ import pandas as pd
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.league import league_tables
+from luxloop.scenarios.league.entrants import chosen
 from luxloop.scenarios.league.json_file import write_json
 from luxloop.scenarios.league.league_figure import hota_figure
 from luxloop.scenarios.league.league_runs import Row
@@ -65,7 +66,8 @@ def write(rows: Sequence[Row], found: Sequence[Standing], request: Request, out:
 def league_page(rows: Sequence[Row], found: Sequence[Standing], request: Request) -> str:
     """Return the page of a league."""
     failed = any(row["status"] != "finished" for row in rows)
-    details = [league_tables.entrants_table(found), *([league_tables.failures_table(rows)] if failed else [])]
+    trackers = league_tables.entrants_table(chosen(request.trackers))
+    details = [trackers, *([league_tables.failures_table(rows)] if failed else [])]
     makers = (league_tables.standings_table, league_tables.differences_table, league_tables.scenario_table)
     return pages.render(
         "league.html.j2",
@@ -158,5 +160,6 @@ def _write_csv(path: Path, rows: Sequence[Row]) -> None:
 
 def _command(request: Request) -> str:
     seeds = ",".join(map(str, request.seeds))
-    options = ["--seeds", seeds, "--duration", f"{request.duration_max_s:g}", "--trackers", ",".join(request.trackers)]
-    return shlex.join(["luxloop", "league", *request.scenarios, *options])
+    trackers = [word for spec in request.trackers for word in ("--trackers", spec)]
+    options = ["--seeds", seeds, "--duration", f"{request.duration_max_s:g}"]
+    return shlex.join(["luxloop", "league", *request.scenarios, *options, *trackers])

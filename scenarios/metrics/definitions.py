@@ -348,7 +348,7 @@ def _track() -> Iterator[MetricDefinition]:
 
 
 def _averages() -> Iterator[MetricDefinition]:
-    for name, unit, meaning, better, bounds in (
+    averages: tuple[tuple[str, str, str, Better, tuple[float, float]], ...] = (
         ("amota", "1", "MOTAR of nuScenes, averaged over recalls, then over classes", "more", SHARE),
         (
             "amotp_m",
@@ -357,7 +357,8 @@ def _averages() -> Iterator[MetricDefinition]:
             "less",
             POSITIVE,
         ),
-    ):
+    )
+    for name, unit, meaning, better, bounds in averages:
         yield MetricDefinition(
             f"track.{name}", unit, meaning, "recall", statistic="given", better=better, range=bounds,
             filters=("class",), interval=False, needs="score",

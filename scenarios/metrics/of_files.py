@@ -62,7 +62,7 @@ def why_not(missing: Mapping[str, str]) -> Callable[[Selection], str]:
         if found or definition.name not in NAMES:
             return found or NO_RUN
         needed = (NAMED.get(definition.name), COLUMNS.get(definition.rows), COLUMNS.get(definition.value))
-        return next((missing[one] for one in (*needed, *selection.filters) if one in missing), "")
+        return next((missing[one] for one in (*needed, *selection.filters) if one and one in missing), "")
 
     return why
 
