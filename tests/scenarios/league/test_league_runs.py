@@ -181,7 +181,7 @@ def test_own_trackers_take_part_beside_the_shipped_one(league, tmp_path, capsys)
     assert list(found) == [REFERENCE, "Nearest", "nearest_process.py"]
     assert found["Nearest"]["trace_hash"] == found["nearest_process.py"]["trace_hash"] != found[REFERENCE]["trace_hash"]
     assert document["trackers"][1] == f"{own}:Nearest"
-    assert "the nearest track of the last scan gives its id" in (out / "league.html").read_text(encoding="utf-8")
+    assert "Tracks with a smoothed velocity" in (out / "league.html").read_text(encoding="utf-8")
     assert (out / "runs" / "Nearest" / f"left-seed{SEED}" / "result.json").is_file()
 
 
