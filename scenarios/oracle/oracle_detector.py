@@ -215,8 +215,10 @@ class OracleDetector(Detector):
     def over(cls, real: Detector, stages: frozenset[Stage], context: OracleContext) -> "OracleDetector":
         """Return a detector with oracles for some stages; the other stages are those of a real one."""
         kind = type(real)
-        mixed = cls if kind is Detector else type(f"{cls.__name__}Over{kind.__name__}", (cls, kind), {})
-        found: OracleDetector = mixed.__new__(mixed)
+        mixed: type[OracleDetector] = (
+            cls if kind is Detector else type(f"{cls.__name__}Over{kind.__name__}", (cls, kind), {})
+        )
+        found = mixed.__new__(mixed)
         vars(found).update(vars(real), _stages=stages, _context=context)
         return found
 

@@ -167,8 +167,10 @@ class OracleConfirmation(DefaultTrackManagement):
     ) -> "OracleConfirmation":
         """Return a track management with the truth over the decisions of a real one."""
         kind = type(real)
-        mixed = cls if kind is DefaultTrackManagement else type(f"{cls.__name__}Over{kind.__name__}", (cls, kind), {})
-        found: OracleConfirmation = mixed.__new__(mixed)
+        mixed: type[OracleConfirmation] = (
+            cls if kind is DefaultTrackManagement else type(f"{cls.__name__}Over{kind.__name__}", (cls, kind), {})
+        )
+        found = mixed.__new__(mixed)
         vars(found).update(vars(real), _active=Stage.CONFIRMATION in stages, _context=context)
         return found
 

@@ -55,8 +55,11 @@ BANDED_TABLES = {
 
 
 def tracking(result: Result) -> list[Table]:
-    """Return a table for each group of track metrics of the whole run."""
-    return [metric_rows(title, result, [f"track.{name}" for name in names]) for title, names in TABLES.items()]
+    """Return a table for each group of track metrics of the whole run, and one of those that no group has."""
+    groups = {title: [f"track.{name}" for name in names] for title, names in TABLES.items()}
+    listed = {name for names in groups.values() for name in names}
+    others = [name for name in result.metrics if name.startswith("track.") and "{" not in name and name not in listed]
+    return [metric_rows(title, result, names) for title, names in [*groups.items(), ("Others", others)] if names]
 
 
 def by_band(result: Result) -> list[Table]:
