@@ -20,12 +20,12 @@ from twin.labels import Car, load_cars, load_views
 from twin.recording import load_frame
 from twin.simulated import twin_scan
 
+from luxloop.scenarios.document.figure import STYLE
+from luxloop.scenarios.document.palette import PAGE
 from luxloop.scenarios.realism import realism_comparison, realism_figures, realism_table, vehicle_figures
 from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle
 from luxloop.scenarios.realism.real_table import BANDS
 from luxloop.scenarios.report import text
-from luxloop.scenarios.report.html.palette import PAGE
-from luxloop.scenarios.report.html.svg_figure import STYLE
 
 PICTURE = Path(__file__).parent / "pictures" / "realism_real_cars.png"
 MARK = "real cars"

@@ -21,4 +21,4 @@ print(best["heading_error_deg"].abs().groupby(best["view"], observed=True).mean(
 
 imm = luxloop.run(SCENARIO, duration_s=DURATION_S, settings={"tracker.mma.method": "imm"})
 comparison = luxloop.compare(mma, imm)
-print(f"Filters with an interacting multiple model instead: {comparison.outcome}")
+print(f"Filters with an interacting multiple model instead: {comparison.verdict}")

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from luxloop.scenarios.document.figure import STYLE
+from luxloop.scenarios.document.palette import BLUE, FAINT, GREEN, INK, PAGE, RED, SKY
 from luxloop.scenarios.report.html.fit_figures import METHOD_LOOKS
-from luxloop.scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, PAGE, RED, SKY
-from luxloop.scenarios.report.html.svg_figure import STYLE
 from luxloop.tracker.records import METHODS
 
 COLUMNS = 4

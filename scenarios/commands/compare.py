@@ -32,23 +32,23 @@ def compare(
 
     Exit code: 0 if HEAD is the same or better, 1 if it is worse or newly fails, 5 if the runs cannot tell.
     """
-    import json
-
     from luxloop.scenarios import interface
-    from luxloop.scenarios.compare import comparison_files, comparison_table
-    from luxloop.scenarios.compare.comparison_json import document
+    from luxloop.scenarios.compare import comparison_files
+    from luxloop.scenarios.compare.comparison_document import comparison_document
+    from luxloop.scenarios.document.json_text import json_text
     from luxloop.scenarios.report import text
 
     files = comparison_files.files_of(report) if report else []
     comparison = interface.compare(base, head, loss=loss / 100.0)
-    comparison_files.write(files, comparison, str(base), str(head))
+    shown = comparison_document(comparison, str(base), str(head))
+    comparison_files.write(files, shown)
     if as_json:
-        print(json.dumps(document(comparison, str(base), str(head)), allow_nan=False))
+        print(json_text(shown))
     elif not quiet:
-        text.show(comparison_table.report(comparison))
+        text.show(shown)
         if files:
             print(f"The comparison is in {' and '.join(map(str, files))}")
-    raise typer.Exit({"worse": ExitCode.FAILED, "cannot tell": ExitCode.CANNOT_TELL}.get(comparison.outcome, 0))
+    raise typer.Exit({"worse": ExitCode.FAILED, "cannot tell": ExitCode.CANNOT_TELL}.get(comparison.verdict, 0))
 
 
 def baseline(
@@ -83,14 +83,15 @@ def trends(
     out: Annotated[Path, typer.Option(metavar="FILE", help="The page to write.")] = Path("trends.html"),
 ) -> None:
     """Draw the key metrics over many baselines, of all runs together and of each scenario, on one page."""
-    from luxloop.scenarios.compare import sides, trends_page
+    from luxloop.scenarios.compare import sides
     from luxloop.scenarios.compare.trend_values import trends as trends_of
+    from luxloop.scenarios.compare.trends_document import trends_document
+    from luxloop.scenarios.document import html
     from luxloop.scenarios.report import text
-    from luxloop.scenarios.report.html import pages
 
-    found = trends_of([sides.read(path) for path in baselines])
-    pages.write(out, trends_page.trends_page(found))
-    text.show(trends_page.suite_table(found))
+    shown = trends_document(trends_of([sides.read(path) for path in baselines]))
+    html.write(out, shown)
+    text.show(shown)
     print(f"The page is {out}")
 
 

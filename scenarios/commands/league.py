@@ -46,9 +46,8 @@ def league(
 
     Exit code: 0 if all runs have a result, 1 if a tracker or the traffic failed in one; its row names the error.
     """
-    import json
-
-    from luxloop.scenarios.league import league_page, league_tables
+    from luxloop.scenarios.document.json_text import json_text
+    from luxloop.scenarios.league import league_page
     from luxloop.scenarios.league.drive import drives
     from luxloop.scenarios.league.entrants import chosen
     from luxloop.scenarios.league.league_folder import refuse_other_files
@@ -68,11 +67,10 @@ def league(
     found = standings(rows, out)
     document = league_page.write(rows, found, request, out)
     if as_json:
-        print(json.dumps({**document, "out": str(out)}, allow_nan=False))
+        print(json_text(document, out=str(out)))
     elif not quiet:
-        text.show(league_tables.standings_table(found))
-        lines = [document["lead"], *document["behind"], *document["blame"]]
-        print("\n".join([*lines, f"The page is {out / league_page.PAGE}, a row per run in {out / league_page.TABLE}"]))
+        text.show(document)
+        print(f"The page is {out / league_page.PAGE}, a row per run in {out / league_page.TABLE}")
     raise typer.Exit(1 if any(row["status"] != "finished" for row in rows) else 0)
 
 

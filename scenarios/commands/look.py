@@ -57,8 +57,8 @@ def report(
     ] = None,
 ) -> None:
     """Write the report of one run, of several trackers on the same drive, or of many runs as a single HTML file."""
+    from luxloop.scenarios.document.figure_files import parse_formats
     from luxloop.scenarios.errors import InputError
-    from luxloop.scenarios.report.figure_files import parse_formats
     from luxloop.scenarios.run import run_folder
 
     formats, single = parse_formats(figures), len(folders) == 1 and (folders[0] / run_folder.RESULT).is_file()
@@ -79,8 +79,8 @@ def _default_path(folders: list[Path]) -> Path:
 
 def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None:
     """Write the page of several trackers on one drive, with a recording if asked for, or else of all runs."""
+    from luxloop.scenarios.document import html
     from luxloop.scenarios.errors import InputError
-    from luxloop.scenarios.report.html import pages
     from luxloop.scenarios.report.html.suite_page import find_runs, suite_page
     from luxloop.scenarios.report.html.tracker_runs import read_trackers, same_drive
     from luxloop.scenarios.report.html.trackers_page import trackers_page
@@ -92,31 +92,32 @@ def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None
         if recording:
             tracker_recording.write({name: (run.folder, run.result) for name, run in runs.items()}, recording)
             print(f"The recording is in {recording}; luxloop view {recording} shows it")
-        pages.write(out, trackers_page(runs))
+        html.write(out, trackers_page(runs))
     elif recording:
         raise InputError(f"--recording {recording}: needs runs of one scenario and seed by several trackers")
     else:
-        pages.write(out, suite_page(found))
+        html.write(out, suite_page(found))
 
 
 def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> None:
     """Write the page of a run, and beside it its figures and tables, if asked for: all of them or none."""
     from luxloop.scenarios import interface
+    from luxloop.scenarios.document import figure_files, html
+    from luxloop.scenarios.document import latex as latex_tables
     from luxloop.scenarios.files import atomic_file, atomic_folder
-    from luxloop.scenarios.report import figure_files
-    from luxloop.scenarios.report import latex as latex_tables
-    from luxloop.scenarios.report.html import pages, run_page
     from luxloop.scenarios.report.html.reported_run import ReportedRun
+    from luxloop.scenarios.report.html.run_page import run_figures
+    from luxloop.scenarios.report.run_document import run_document
 
     run = ReportedRun.of(interface.load_result(folder), folder)
-    shown = run_page.RunFigures.of(run)
+    shown = run_document(run, run_figures(run))
     figures, tables = out.with_name(f"{out.stem}-figures"), out.with_name(f"{out.stem}-tables.tex")
     try:
         with figure_files.beside(figures) if formats else nullcontext(), atomic_file.together():
-            pages.write(out, run_page.page_of(run, shown))
-            paths = [path for figure in shown.files for path in figure_files.save(figure, figures, formats)]
+            html.write(out, shown)
+            paths = [path for figure in shown.figures for path in figure_files.save(figure, figures, formats)]
             if latex:
-                pages.write(tables, latex_tables.document(run_page.tables_of(run.result), " ".join(run.commands[:1])))
+                html.write_text(tables, latex_tables.latex(shown.tables, " ".join(run.commands[:1])))
     except OSError as error:
         raise atomic_folder.cannot_write(out, "--out", error) from error
     if formats:
@@ -138,22 +139,21 @@ def paper(
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX, for the package booktabs.")] = False,
 ) -> None:
     """Print the paper's tables I to IV for a run, with the paper's own figures beside them."""
-    from rich.console import Group
-    from rich.text import Text
-
     from luxloop.scenarios import interface
-    from luxloop.scenarios.report import latex as latex_tables
-    from luxloop.scenarios.report import paper_tables, text
-    from luxloop.scenarios.report.html.page_tables import page_table
+    from luxloop.scenarios.document.document import Document, Section
+    from luxloop.scenarios.document.latex import latex as latex_of
+    from luxloop.scenarios.report import paper_tables, run_document, text
+    from luxloop.scenarios.report.run_answer import answer
 
     result = interface.load_result(run) if run else _own_run()
     makers = [paper_tables.dataset, paper_tables.heading_error, paper_tables.heading_distribution]
     makers = [*makers, paper_tables.position_error]
     shown = [make(result) for make in (makers if table is None else makers[table - 1 : table])]
     if latex:
-        print(latex_tables.document(map(page_table, shown), f"{result.scenario}, seed {result.seed}"), end="")
+        print(latex_of(shown, f"{result.scenario}, seed {result.seed}"), end="")
     else:
-        text.show(Group(text.header(result), *(part for one in shown for part in (Text(), one))))
+        tables = [Section("paper", "The paper's tables", shown)]
+        text.show(Document(result.scenario, answer(result, result.checks), run_document.header(result), tables))
 
 
 def _own_run() -> "Result":
@@ -180,8 +180,8 @@ def occlusions(
     """Survival of track ids against the time hidden, over all occlusions of some runs, by logistic regression."""
     import json
 
+    from luxloop.scenarios.document.figure_files import parse_formats
     from luxloop.scenarios.report import text
-    from luxloop.scenarios.report.figure_files import parse_formats
     from luxloop.scenarios.study import occlusion_survival
 
     formats = parse_formats(figures)

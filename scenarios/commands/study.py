@@ -54,7 +54,7 @@ def sweep(
     import json
     import sys
 
-    from luxloop.scenarios.report.figure_files import parse_formats
+    from luxloop.scenarios.document.figure_files import parse_formats
     from luxloop.scenarios.run.device import SHIPPED, absolute
     from luxloop.scenarios.run.progress import hidden
     from luxloop.scenarios.study.study_file import Study, find
@@ -97,10 +97,11 @@ def _announcement(study: "Study") -> str:
 def document(done: "Sweep", out: Path) -> dict[str, Any]:
     """Return the JSON document of `--json`."""
     from luxloop.scenarios.study.row_store import TABLE
-    from luxloop.scenarios.study.study_page import REPORT
+    from luxloop.scenarios.study.study_page import REPORT, answer
 
     return {
         "study": done.study.path.stem,
+        "answer": answer(done),
         "runs": done.count,
         "taken_up": done.taken_up,
         "why": {str(reason): int(count) for reason, count in done.rows["why"].value_counts().sort_index().items()},
@@ -124,7 +125,12 @@ def _summary(done: "Sweep", out: Path) -> str:
     counts = ", ".join(f"{count} {WORDS[name]}" for name, count in shown["status"].items())
     earlier = f" {done.taken_up} of them were there from an earlier start." if done.taken_up else ""
     again = [f"{count} {reason}" for reason, count in shown["why"].items() if reason.startswith("run again")]
-    lines = [f"{done.count} runs: {counts}.{earlier}", *again, *(f"error: {error}" for error in shown["errors"][:5])]
+    lines = [
+        shown["answer"],
+        f"{done.count} runs: {counts}.{earlier}",
+        *again,
+        *(f"error: {error}" for error in shown["errors"][:5]),
+    ]
     return "\n".join([*lines, f"A row per run is in {shown['rows']}, curves in {shown['report']}"])
 
 
@@ -180,8 +186,8 @@ def thresholds(
     require("thresholds", "sweeps")
     import json
 
+    from luxloop.scenarios.document.figure_files import parse_formats
     from luxloop.scenarios.report import text
-    from luxloop.scenarios.report.figure_files import parse_formats
     from luxloop.scenarios.run.device import SHIPPED, absolute
     from luxloop.scenarios.run.progress import hidden
     from luxloop.scenarios.search import threshold_report

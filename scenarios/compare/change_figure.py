@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING
 
 from luxloop.scenarios.compare.comparison import Comparison, MetricChange
-from luxloop.scenarios.report.html.palette import BAD, FAINT, GOOD, INK, LINE, PANEL, WARN
-from luxloop.scenarios.report.html.svg_figure import Figure, draw
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import BAD, FAINT, GOOD, INK, LINE, PANEL, WARN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,17 +27,17 @@ def change_figure(comparison: Comparison) -> Figure:
         axes.axvline(1.0, color=FAINT, lw=0.8, ls=(0, (4, 3)))
         for row, change in enumerate(shown):
             _draw(axes, row, change, change.metric.relevance.stated_loss(change.numbers.base, comparison.loss))
-        axes.set_yticks(range(len(shown)), [change.metric.name for change in shown])
+        axes.set_yticks(range(len(shown)), [change.metric.name for change in shown], fontsize=7.0)
         axes.set(xlim=(-SHOWN, SHOWN), ylim=(len(shown) - 0.4, -0.6))
-        axes.set_xlabel("better   ←   change, in units of the stated loss   →   worse")
+        axes.set_xlabel("better  ←  stated losses  →  worse")
         axes.grid(visible=False, axis="y")
 
     percent = f"{100.0 * comparison.loss:g} %"
     caption = (
-        f"Dots are changes from BASE to HEAD, lines their 95 % intervals. An interval that reaches beyond 1, into the "
-        f"shaded range, contains the loss of {percent} that a comparison must exclude. Arrows: the interval continues."
+        f"Dots are changes from BASE to HEAD, lines their 95 % intervals. An interval that reaches into the shaded "
+        f"range contains the loss of {percent} that a comparison must exclude. Arrows continue beyond the axis."
     )
-    return draw("changes", "Change of each metric", caption, (9.6, 1.0 + 0.24 * max(len(shown), 3)), on, wide=True)
+    return Figure("changes", "Change of each metric", caption, (5.4, 0.8 + 0.2 * max(len(shown), 3)), on)
 
 
 def _draw(axes: "Axes", row: int, change: MetricChange, stated_loss: float) -> None:
@@ -51,5 +51,6 @@ def _draw(axes: "Axes", row: int, change: MetricChange, stated_loss: float) -> N
         for end, marker in ((-SHOWN, "<"), (SHOWN, ">")):
             if low < end < high or (abs(end) < min(abs(low), abs(high)) and end * low > 0.0):
                 axes.plot(end, row, marker, color=color, ms=6, clip_on=False)
-    if abs(value) <= SHOWN:
-        axes.plot(value, row, "o", color=color, ms=5)
+    beyond = abs(value) > SHOWN
+    marker = (">" if value > 0.0 else "<") if beyond else "o"
+    axes.plot(min(max(value, -SHOWN), SHOWN), row, marker, color=color, ms=6 if beyond else 5, clip_on=False)

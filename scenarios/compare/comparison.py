@@ -85,32 +85,33 @@ class Comparison:
         return bool(self.pairs.newly_incomplete) or newly_failed
 
     @property
+    def scenarios(self) -> set[str]:
+        """Names of the compared scenarios."""
+        return {pair.key.scenario for pair in self.pairs.compared}
+
+    @property
     def verdict(self) -> Verdict:
-        """Verdict on all metrics together: that of the worst one; without any measured metric, cannot tell."""
+        """Verdict on metrics, single scenarios, expectations and complete runs together; it sets the exit code."""
         found = {change.verdict for change in self.changes}
-        if found & {"worse", "lost"} or self.scenario_losses:
+        if found & {"worse", "lost"} or self.scenario_losses or self.failed:
             return "worse"
         if "unclear" in found or found == {"not measured"}:
             return "cannot tell"
         return "better" if "better" in found else "same"
 
-    @property
-    def outcome(self) -> Verdict:
-        """Verdict on metrics, expectations and complete runs together; it sets the exit code."""
-        return "worse" if self.failed else self.verdict
-
     def report(self) -> str:
         """Return the report as text without colours."""
-        from luxloop.scenarios.compare import comparison_table
+        from luxloop.scenarios.compare.comparison_document import comparison_document
         from luxloop.scenarios.report import text
 
-        return text.as_text(comparison_table.report(self))
+        return text.as_text(comparison_document(self, "BASE", "HEAD"))
 
     def _repr_html_(self) -> str:
-        """Return verdict and metrics as HTML, for notebooks."""
-        from luxloop.scenarios.compare.comparison_table import html
+        """Return answer and tables as HTML, for notebooks."""
+        from luxloop.scenarios.compare.comparison_document import comparison_document
+        from luxloop.scenarios.document import html
 
-        return html(self)
+        return html.fragment(comparison_document(self, "BASE", "HEAD"))
 
 
 def compare(pairs: Pairs, loss: float = STATED_LOSS) -> Comparison:

@@ -2,13 +2,11 @@
 
 from pathlib import Path
 
-from luxloop.scenarios.compare.comparison import Comparison
-from luxloop.scenarios.compare.comparison_markdown import markdown
-from luxloop.scenarios.compare.comparison_page import comparison_page
+from luxloop.scenarios.document import html, markdown
+from luxloop.scenarios.document.document import Document
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.report.html import pages
 
-MAKERS = {".html": comparison_page, ".md": markdown}
+RENDERERS = {".html": html.page, ".md": markdown.markdown}
 STEM = "comparison"
 """Name of the files in a folder."""
 
@@ -22,13 +20,13 @@ def files_of(report: Path) -> list[Path]:
         The name ends neither like a page, nor like Markdown, nor like a folder.
     """
     if report.is_dir() or not report.suffix:
-        return [report / f"{STEM}{suffix}" for suffix in MAKERS]
-    if report.suffix not in MAKERS:
+        return [report / f"{STEM}{suffix}" for suffix in RENDERERS]
+    if report.suffix not in RENDERERS:
         raise OutputError(f"--report {report}: give a name that ends in .html or .md, or a folder for both")
     return [report]
 
 
-def write(files: list[Path], comparison: Comparison, base: str, head: str) -> None:
+def write(files: list[Path], document: Document) -> None:
     """Write the files, each in the format of its name.
 
     Raises
@@ -37,4 +35,4 @@ def write(files: list[Path], comparison: Comparison, base: str, head: str) -> No
         A file cannot be written.
     """
     for file in files:
-        pages.write(file, MAKERS[file.suffix](comparison, base, head), "--report")
+        html.write_text(file, RENDERERS[file.suffix](document), "--report")

@@ -9,8 +9,8 @@ from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import ComparedMetric
 from luxloop.scenarios.compare.comparison import MetricVerdict
 from luxloop.scenarios.compare.trend_values import KEY_METRICS, TITLES, Trends
-from luxloop.scenarios.report.html.palette import BAD, BLUE, GOOD, WARN
-from luxloop.scenarios.report.html.svg_figure import Figure, draw
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import BAD, BLUE, GOOD, WARN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -44,7 +44,7 @@ def _suite_figure(trends: Trends, number: int, metric: ComparedMetric) -> Figure
         axes.set_xticks(at, [_axis_label(label) for label in trends.labels], rotation=30, ha="right", fontsize=7.5)
 
     title = f"{TITLES[metric.name]}: {metric.better} is better"
-    return draw(f"suite-{number}", title, f"{metric.name} of all common runs together.", (5.0, 2.9), on)
+    return Figure(f"suite-{number}", title, f"{metric.name} of all common runs together.", (5.0, 2.9), on)
 
 
 def _axis_label(label: str) -> str:

@@ -41,7 +41,7 @@ def tables_of(pairs: FramePairs, limits: BoxLimits) -> dict[str, pd.DataFrame]:
     pairing = _pair(pairs, ~ignored, ~unjudged, limits)
     return {
         **of_stages(),
-        "truth": truth_table(pairs, ~ignored),
+        "truth": truth_table(pairs, ~ignored).assign(track_id=_followers(pairs, pairing)),
         "tracks": _tracks(pairs, pairing, unjudged),
         "overlaps": _overlaps(pairs),
     }
@@ -68,6 +68,13 @@ def _pair(pairs: FramePairs, graded: Bools, judged: Bools, limits: BoxLimits) ->
         hit, column = matched(overlap, limits.hit_iou_min)
         row[tracked[column]] = true[hit]
     return Pairing(row, paired)
+
+
+def _followers(pairs: FramePairs, pairing: Pairing) -> Ints:
+    """(N,) id of the track on each true box, -1 for none."""
+    found, on = np.full(len(pairs.truth), NO_ACTOR), np.flatnonzero(pairing.row >= 0)
+    found[pairing.row[on]] = pairs.track_id[on]
+    return found
 
 
 def _distances(pairs: FramePairs, true: Ints, tracked: Ints) -> Floats:

@@ -22,16 +22,10 @@ from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.metrics import of_files
 from luxloop.scenarios.metrics.definition import filtered
-from luxloop.scenarios.metrics.definitions import RANGE_BANDS
+from luxloop.scenarios.report.file_document import BANDED, bands
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import versions
 from luxloop.scenarios.run.run_folder import metric_document
-
-BANDED = (
-    *("track.hota", "track.mota", "track.missed_share", "track.false_share", "track.gospa_m"),
-    *("track.position_abs_mean_m", "track.orientation_abs_mean_deg", "track.velocity_abs_mean_mps"),
-)
-"""Metrics that are given by class and by range, too."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,13 +93,6 @@ def document(graded: GradedBoxes) -> dict[str, Any]:
     }
 
 
-def bands(result: Result) -> list[dict[str, str]]:
-    """Return the filters by the classes of the truth, and by range, as far as they are known."""
-    missing, kinds = result.config["files"]["missing"], result.metrics.run.vehicle.table["kind"]
-    of_class = [] if "class" in missing else [{"class": name} for name in sorted(set(kinds))]
-    return of_class if "range" in missing else [*of_class, *({"range": band} for band in RANGE_BANDS)]
-
-
 def _result(pairs: FramePairs, limits: BoxLimits, classes: tuple[str, ...], warnings: tuple[str, ...]) -> Result:
     """Return the result of a grading; it is the drive of the truth, by the tracks as the device."""
     missing, tables = _missing(pairs), tables_of(pairs, limits)
@@ -123,7 +110,7 @@ def _result(pairs: FramePairs, limits: BoxLimits, classes: tuple[str, ...], warn
         config={
             "description": f"Tracks of {tracks} against true boxes of {truth}.",
             "reason": "",
-            "files": {"limits": asdict(limits), "classes": list(classes), "missing": missing},
+            "files": {"truth": str(truth), "limits": asdict(limits), "classes": list(classes), "missing": missing},
             "grading": asdict(limits.grading),
             "expect": {},
             "control": None,

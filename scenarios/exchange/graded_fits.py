@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from rich.console import Group, RenderableType
-from rich.text import Text
 
 from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.document.document import Answer, Document, Paragraph, Section
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange import file_tables, tabular_boxes
 from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable, Texts
 from luxloop.scenarios.exchange.file_formats import read, recognise
-from luxloop.scenarios.exchange.file_report import figure_rows
 from luxloop.scenarios.exchange.paired_frames import (
     BoxLimits,
     FramePairs,
@@ -33,6 +31,7 @@ from luxloop.scenarios.grading.plane_geometry import iou_table
 from luxloop.scenarios.metrics import of_files
 from luxloop.scenarios.offline.track_file import read_table, require
 from luxloop.scenarios.report.cells import counted
+from luxloop.scenarios.report.tables import figure_rows
 from luxloop.scenarios.run.run_folder import metric_document
 
 
@@ -82,17 +81,17 @@ def document(graded: GradedFits) -> dict[str, Any]:
     }
 
 
-def report(graded: GradedFits) -> Group:
-    """Return the printed figures."""
+def report(graded: GradedFits) -> Document:
+    """Return the figures as a document, a table for each method."""
     pairs = graded.pairs
-    head = Text(
-        f"{pairs.tracks.source} against {pairs.truth.source}\n"
-        f"{counted(len(pairs.tracks), 'fit')}, {graded.on_none} of them on no true box"
+    said = f"{counted(len(pairs.tracks), 'fit')}, {graded.on_none} of them on no true box"
+    tables = [figure_rows(f"Fits by {method}", figures, figures) for method, figures in graded.methods.items()]
+    return Document(
+        title=f"{pairs.tracks.source} against {pairs.truth.source}",
+        answer=Answer(said),
+        lead=[Paragraph(f"{pairs.tracks.source} against {pairs.truth.source}")],
+        sections=[Section("fits", "Fits", tables)],
     )
-    sections: list[RenderableType] = [head]
-    for method, figures in graded.methods.items():
-        sections.append(figure_rows(f"Fits by {method}", figures, figures))
-    return Group(*sections)
 
 
 def _paired(truth: list[BoxTable], fits: list[BoxTable], classes: tuple[str, ...], limits: BoxLimits) -> FramePairs:

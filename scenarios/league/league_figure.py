@@ -4,9 +4,9 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import BLUE, INK, LINE, MUTED
 from luxloop.scenarios.league.standings import Standing
-from luxloop.scenarios.report.html.palette import BLUE, INK, LINE, MUTED
-from luxloop.scenarios.report.html.svg_figure import Figure, draw
 from luxloop.scenarios.run.device import REFERENCE
 
 if TYPE_CHECKING:
@@ -36,4 +36,4 @@ def hota_figure(found: Sequence[Standing]) -> Figure:
         axes.set(xlim=(0.0, 1.0), ylim=(len(shown) - 0.5, -0.7), xlabel="HOTA")
         axes.grid(visible=False, axis="y")
 
-    return draw("hota", "HOTA of each tracker", CAPTION, (7.2, 0.9 + 0.42 * max(len(shown), 2)), on)
+    return Figure("hota", "HOTA of each tracker", CAPTION, (7.2, 0.9 + 0.42 * max(len(shown), 2)), on)

@@ -1,6 +1,5 @@
 """Page, rows and picture of a league."""
 
-import math
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -9,6 +8,18 @@ from typing import Any
 
 import pandas as pd
 
+from luxloop.scenarios.document import figure_files, html
+from luxloop.scenarios.document.document import (
+    Answer,
+    Block,
+    Bullets,
+    Document,
+    Facts,
+    Paragraph,
+    Preformatted,
+    Section,
+)
+from luxloop.scenarios.document.json_text import json_data
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.league import league_tables
@@ -17,10 +28,6 @@ from luxloop.scenarios.league.json_file import write_json
 from luxloop.scenarios.league.league_figure import hota_figure
 from luxloop.scenarios.league.league_runs import Row
 from luxloop.scenarios.league.standings import Standing, ahead, beaten_in
-from luxloop.scenarios.report import figure_files
-from luxloop.scenarios.report.figure_files import FigureFile
-from luxloop.scenarios.report.html import pages
-from luxloop.scenarios.report.html.page_tables import page_table
 from luxloop.scenarios.run.device import REFERENCE
 
 PAGE, TABLE, DOCUMENT = "league.html", "league.csv", "league.json"
@@ -34,6 +41,8 @@ EXPLANATIONS = (
     "budget; the shipped tracker was developed on this simulator for longer.",
 )
 
+STAGES_OF = "The errors that each of its stages causes in these scenarios:"
+
 
 @dataclass(frozen=True, slots=True)
 class Request:
@@ -45,46 +54,50 @@ class Request:
     trackers: tuple[str, ...]
 
 
-def write(rows: Sequence[Row], found: Sequence[Standing], request: Request, out: Path) -> dict[str, Any]:
-    """Write page, rows, JSON and picture, and return the JSON document.
+def write(rows: Sequence[Row], found: Sequence[Standing], request: Request, out: Path) -> Document:
+    """Write page, rows, JSON and picture, and return the document.
 
     Raises
     ------
     OutputError
         A file cannot be written.
     """
-    figure = hota_figure(found)
-    assert figure.paint is not None
-    document = _document(rows, found, request)
-    pages.write(out / PAGE, league_page(rows, found, request))
+    document = league_document(rows, found, request)
+    html.write(out / PAGE, document)
     _write_csv(out / TABLE, rows)
-    write_json(out / DOCUMENT, document)
-    figure_files.save(FigureFile("hota", figure.title, figure.size_in, figure.paint), out, ["svg", "png"])
+    write_json(out / DOCUMENT, json_data(document))
+    figure_files.save(hota_figure(found), out, ["svg", "png"])
     return document
 
 
-def league_page(rows: Sequence[Row], found: Sequence[Standing], request: Request) -> str:
-    """Return the page of a league."""
+def league_document(rows: Sequence[Row], found: Sequence[Standing], request: Request) -> Document:
+    """Return a league as a document."""
     failed = any(row["status"] != "finished" for row in rows)
+    commands, worse = blame_commands(found, request), behind(found)
+    facts = {
+        "trackers": str(len(found)),
+        "scenarios": str(len(request.scenarios)),
+        "seeds": ", ".join(map(str, request.seeds)),
+        "longest run": f"{request.duration_max_s:g} s",
+    }
     trackers = league_tables.entrants_table(chosen(request.trackers))
+    why: list[Block] = [Paragraph(STAGES_OF), Preformatted("\n".join(commands))]
     details = [trackers, *([league_tables.failures_table(rows)] if failed else [])]
-    makers = (league_tables.standings_table, league_tables.differences_table, league_tables.scenario_table)
-    return pages.render(
-        "league.html.j2",
-        lead=[lead(found)],
-        facts={
-            "trackers": len(found),
-            "scenarios": len(request.scenarios),
-            "seeds": ", ".join(map(str, request.seeds)),
-            "longest run": f"{request.duration_max_s:g} s",
-        },
-        figure=hota_figure(found),
-        tables=[page_table(make(found)) for make in makers],
-        explanations=EXPLANATIONS,
-        behind=behind(found),
-        commands=blame_commands(found, request),
-        details=[page_table(table) for table in details],
-        command=_command(request),
+    differences = [league_tables.differences_table(found), league_tables.scenario_table(found)]
+    sections = [
+        Section("standings", "Standings", [league_tables.standings_table(found)]),
+        Section("behind", "Where the shipped tracker is not the best", [Bullets(worse)] if worse else []),
+        Section("blame", "Why", why if commands else []),
+        Section("differences", "Differences", [*differences, Bullets(EXPLANATIONS)], page_only=True),
+        Section("details", "Trackers and runs", details, page_only=True),
+        Section("again", "Reproduce", [Preformatted(_command(request))], page_only=True),
+    ]
+    return Document(
+        title=f"League of {len(found)} trackers",
+        answer=Answer(lead(found)),
+        lead=[hota_figure(found), Facts(facts)],
+        sections=[section for section in sections if section.blocks],
+        data=_data(rows, found, request),
     )
 
 
@@ -95,9 +108,9 @@ def lead(found: Sequence[Standing]) -> str:
         worse = [each for each in found if each.differences and each.differences["track.hota"].clear]
         return (
             f"The shipped tracker has the highest HOTA, {shipped.hota:.3f}; "
-            f"{len(worse)} of {len(found) - 1} differences exclude 0."
+            f"{len(worse)} of {len(found) - 1} differences exclude 0"
         )
-    return f"The shipped tracker is not the best: {first.tracker} has HOTA {first.hota:.3f}, it has {shipped.hota:.3f}."
+    return f"The shipped tracker is not the best: {first.tracker} has HOTA {first.hota:.3f}, it has {shipped.hota:.3f}"
 
 
 def behind(found: Sequence[Standing]) -> list[str]:
@@ -125,11 +138,11 @@ def blame_commands(found: Sequence[Standing], request: Request) -> list[str]:
     ]  # fmt: skip
 
 
-def _document(rows: Sequence[Row], found: Sequence[Standing], request: Request) -> dict[str, Any]:
-    """Return the standings and the rows for JSON; figures without a value are null."""
-    tables = [_finite({k: v for k, v in _fields(each).items() if k != "comparison"}) for each in found]
+def _data(rows: Sequence[Row], found: Sequence[Standing], request: Request) -> dict[str, Any]:
+    """Return the standings and the rows for programs."""
+    tables = [{k: v for k, v in _fields(each).items() if k != "comparison"} for each in found]
     return {
-        **asdict(request), "lead": lead(found), "behind": behind(found), "blame": blame_commands(found, request),
+        **asdict(request), "behind": behind(found), "blame": blame_commands(found, request),
         "standings": tables, "rows": list(rows),
     }  # fmt: skip
 
@@ -137,17 +150,6 @@ def _document(rows: Sequence[Row], found: Sequence[Standing], request: Request) 
 def _fields(each: Standing) -> dict[str, Any]:
     values = {name: getattr(each, name) for name in each.__dataclass_fields__}
     return {**values, "differences": {name: asdict(value) for name, value in each.differences.items()}}
-
-
-def _finite(value: Any) -> Any:
-    """Replace NaN by None, at any depth."""
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return bool(value) if type(value).__name__ == "bool" else value
 
 
 def _write_csv(path: Path, rows: Sequence[Row]) -> None:

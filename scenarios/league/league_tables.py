@@ -3,8 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from rich.table import Table
-
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.league.entrants import Entrant
 from luxloop.scenarios.league.gospa_difference import GOSPA, PairedDifference
 from luxloop.scenarios.league.league_runs import Row

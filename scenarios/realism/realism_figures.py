@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.document.figure import STYLE
+from luxloop.scenarios.document.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE
 from luxloop.scenarios.realism.compared_figures import ComparedRow, Summary
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 from luxloop.scenarios.realism.realism_comparison import Comparison
-from luxloop.scenarios.report.html.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE
-from luxloop.scenarios.report.html.svg_figure import STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

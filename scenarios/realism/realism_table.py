@@ -6,9 +6,10 @@ from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.padding import Padding
-from rich.table import Table
 from rich.text import Text
 
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import Span, Style
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.realism import realism_figures
@@ -17,7 +18,7 @@ from luxloop.scenarios.realism.realism_comparison import FAR, NEAREST, Compariso
 from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import NONE, table_of
 
-STYLES = {"agrees": "green", "differs": "red", NONE: "dim"}
+STYLES: dict[str, Style] = {"agrees": "good", "differs": "bad", NONE: "dim"}
 
 
 def report(comparison: Comparison) -> Group:
@@ -53,14 +54,14 @@ def _table(rows: list[ComparedRow]) -> Table:
     for row in rows:
         real, simulated = row.real, row.simulated
         table.add_row(
-            Text(f"{row.figure.label}{_unit(row.figure)}"),
+            f"{row.figure.label}{_unit(row.figure)}",
             _value(real, row.figure),
             _range(real and real.quartiles, row.figure),
             str(real.n if real else 0),
             _value(simulated, row.figure),
             _range(simulated and simulated.interval, row.figure),
             str(simulated.n if simulated else 0),
-            Text(row.verdict, style=STYLES[row.verdict]),
+            Span(row.verdict, STYLES[row.verdict]),
         )
     return table
 

@@ -1,6 +1,7 @@
 """HTML report and printed report of the tracks of a recording: rows, figures and page."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,20 +9,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from rich.console import Group, RenderableType
-from rich.table import Table
-from rich.text import Text
 
 from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.document.document import (
+    Answer,
+    Document,
+    Facts,
+    Folded,
+    Paragraph,
+    Preformatted,
+    Section,
+)
+from luxloop.scenarios.document.figure import Figure, note
+from luxloop.scenarios.document.palette import FAINT, INK, MUTED, TEXT_SERIES
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import Span
 from luxloop.scenarios.files.expect import Check
 from luxloop.scenarios.grading.plane_geometry import CORNER_SIGNS, corner, turned
 from luxloop.scenarios.recordings.recording import Recording
-from luxloop.scenarios.report import tables, text, track_tables
-from luxloop.scenarios.report.cells import NONE, counted
-from luxloop.scenarios.report.html.page_tables import page_table
-from luxloop.scenarios.report.html.pages import render
-from luxloop.scenarios.report.html.palette import FAINT, INK, MUTED, TEXT_SERIES
-from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.scenarios.report import run_answer, track_tables
+from luxloop.scenarios.report.cells import NONE, counted, table_of
+from luxloop.scenarios.report.run_document import expectations
 from luxloop.scenarios.result import Result
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import Status, Tracks
@@ -90,6 +98,7 @@ REACH_M = 70.0
 MOST_DOTS = 12_000
 """Dots of a picture; more are thinned evenly."""
 SCANS_SHOWN = 3
+NOT_GRADED = "The recording has no true poses, so its tracks are not graded."
 WIDTH_IN = 10.0
 """[inch] Width of the picture of the whole drive."""
 BOX = ["x_odom_m", "y_odom_m", "heading_odom_rad", "length_m", "width_m"]
@@ -136,7 +145,7 @@ def whole_drive(drive: Drive, tracks: pd.DataFrame) -> Figure:
     )
     span = np.ptp(np.vstack([*drive.points, np.array(drive.ego)[:, :2]]), axis=0)
     height = float(np.clip(WIDTH_IN * span[1] / max(span[0], 1.0), 0.4 * WIDTH_IN, 1.2 * WIDTH_IN))
-    return draw("drive", "Whole recording", caption, (WIDTH_IN, height), on, wide=True)
+    return Figure("drive", "Whole recording", caption, (WIDTH_IN, height), on, wide=True)
 
 
 def single_scans(drive: Drive, tracks: pd.DataFrame) -> list[Figure]:
@@ -165,7 +174,7 @@ def _scan(drive: Drive, confirmed: pd.DataFrame, frame: int) -> Figure:
         axes.set(xlim=(ego[0] - reach, ego[0] + reach), ylim=(ego[1] - reach, ego[1] + reach))
 
     caption = f"Scan {frame}: points, the ego (black, with its heading), and confirmed tracks with their ids."
-    return draw(f"scan-{frame}", f"Scan {frame}", caption, (4.5, 4.5), on)
+    return Figure(f"scan-{frame}", f"Scan {frame}", caption, (4.5, 4.5), on)
 
 
 def track_lives(tracks: pd.DataFrame) -> Figure:
@@ -187,7 +196,7 @@ def track_lives(tracks: pd.DataFrame) -> Figure:
         below.set(xlabel="time [s]", ylabel="speed [m/s]")
 
     caption = "Above, the scans in which each track is confirmed; below, the speeds of the same tracks."
-    return draw("lives", "Lives and speeds", caption, (12.0, 4.0 + 0.16 * len(order)), on, wide=True)
+    return Figure("lives", "Lives and speeds", caption, (12.0, 4.0 + 0.16 * len(order)), on, wide=True)
 
 
 def _map(canvas: "Canvas") -> "Axes":
@@ -227,32 +236,48 @@ def _true_paths(axes: "Axes", drive: Drive) -> None:
         axes.plot(*path.T, color=MUTED, lw=1.0, ls=(0, (4, 3)))
 
 
-def page(recording: Recording, result: Result, drive: Drive, tracks: pd.DataFrame, out: Path) -> str:
-    """Return the HTML page of a tracked recording, whose results are in `out`."""
-    return render(
-        "recording.html.j2",
-        name=recording.name,
-        description=result.config["description"],
-        headlines=headlines(result, tracks),
-        whole=whole_drive(drive, tracks),
-        scans=single_scans(drive, tracks),
-        lives=track_lives(tracks),
-        track_tables=[page_table(track_table(tracks))],
-        graded=recording.has_truth,
-        grade_tables=[page_table(table) for table in track_tables.tracking(result)],
-        commands=[f"luxloop track {recording.folder} --out {out}", f"luxloop view {out}"],
-        config=json.dumps(result.config, indent=2, ensure_ascii=False),
+def recording_document(
+    recording: Recording, result: Result, checks: Sequence[Check], tracks: pd.DataFrame, out: Path, drive: Drive | None
+) -> Document:
+    """Return a tracked recording as a document.
+
+    Parameters
+    ----------
+    checks
+        Expectations; the document judges nothing without any.
+    out
+        Folder of the results.
+    drive
+        Contents of the figures; None for the printed report.
+    """
+    grades = track_tables.tracking(result) if recording.has_truth else [Paragraph(NOT_GRADED, "dim")]
+    drawn = [*single_scans(drive, tracks), track_lives(tracks)] if drive else []
+    commands = Preformatted(f"luxloop track {recording.folder} --out {out}\nluxloop view {out}")
+    settings = Folded("Settings", [Preformatted(json.dumps(result.config, indent=2, ensure_ascii=False))])
+    sections = [
+        Section("expectations", "Expectations", [expectations(checks)] if checks else []),
+        Section("scans", "Single scans", drawn[:-1], page_only=True),
+        Section("tracks", "Tracks", [*drawn[-1:], track_table(tracks)]),
+        Section("grades", "Grades", grades),
+        Section("again", "Reproduce", [commands, settings], page_only=True),
+    ]
+    judged = run_answer.answer(result, checks)
+    said = Answer(sentence(result, tracks))
+    if checks:
+        said = Answer(f"{judged.sentence}; {said.sentence}", judged.verdict, judged.style)
+    about = Paragraph((Span(recording.name, "bold"), f": {result.config['description']}"))
+    return Document(
+        title=recording.name,
+        answer=said,
+        lead=[*([whole_drive(drive, tracks)] if drive else []), about, Facts(headlines(result, tracks), large=True)],
+        sections=[section for section in sections if section.blocks],
+        name=f"{recording.name}: tracks",
     )
 
 
-def printed(recording: Recording, result: Result, checks: list[Check], tracks: pd.DataFrame) -> RenderableType:
-    """Return the report as text, with the verdict last if there are expectations."""
-    head = Text.assemble((recording.name, "bold"), f": {result.config['description']}\n")
-    for title, value in headlines(result, tracks).items():
-        head.append(f"{title} {value}; ")
-    graded = track_tables.tracking(result) if recording.has_truth else []
-    judged: list[RenderableType] = [tables.expectations(checks), text.conclusion(result, checks)] if checks else []
-    return Group(head, track_table(tracks), *graded, *judged)
+def sentence(result: Result, tracks: pd.DataFrame) -> str:
+    """Return what was tracked."""
+    return f"{', '.join(facts(result, tracks))} in {counted(result.frames, 'scan')}"
 
 
 def headlines(result: Result, tracks: pd.DataFrame) -> dict[str, str]:
@@ -288,12 +313,10 @@ def _track_numbers(result: Result, tracks: pd.DataFrame) -> tuple[int, str, str]
 
 def track_table(tracks: pd.DataFrame) -> Table:
     """Return a table with a row per confirmed track: life, size and speed."""
-    table = Table(title="Confirmed tracks")
-    for name in ("track", "from [s]", "life [s]", "scans", "length [m]", "width [m]", "speed [m/s]", "fastest [m/s]"):
-        table.add_column(name, justify="right")
+    columns = ("from [s]", "life [s]", "scans", "length [m]", "width [m]", "speed [m/s]", "fastest [m/s]")
+    table = table_of("Confirmed tracks", "track", *columns)
     for row in lives(tracks).itertuples():
-        values = (row.first_s, row.life_s, row.scans, row.length_m, row.width_m, row.speed_mps, row.speed_max_mps)
-        texts = [f"{value:.0f}" if name == "scans" else f"{value:.1f}" for name, value in zip(
-            ("first", "life", "scans", "length", "width", "speed", "fastest"), values, strict=True)]  # fmt: skip
-        table.add_row(str(row.track_id), *texts)
+        times = (f"{row.first_s:.1f}", f"{row.life_s:.1f}", f"{row.scans:.0f}")
+        others = (row.length_m, row.width_m, row.speed_mps, row.speed_max_mps)
+        table.add_row(str(row.track_id), *times, *(f"{value:.1f}" for value in others))
     return table

@@ -10,8 +10,8 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import RenderableType
-
+from luxloop.scenarios.document import html
+from luxloop.scenarios.document.document import Document
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, check
@@ -44,7 +44,7 @@ class Tracked:
     checks: list[Check]
     facts: list[str]
     """Numbers of tracks, and how long they live."""
-    report: RenderableType
+    report: Document
     """The printed report."""
 
 
@@ -95,10 +95,10 @@ def track_recording(
             recorder.finish()
         checks = check(result.metrics, rules.expect, result.config["device"])
         tracks = rows.table()
-        report = track_page.printed(recording, result, checks, tracks)
+        report = track_page.recording_document(recording, result, checks, tracks, out, None)
         try:
             track_page.write(folder / TRACKS, tracks)
-            page = track_page.page(recording, result, drive, tracks, out)
+            page = html.page(track_page.recording_document(recording, result, checks, tracks, out, drive))
             (folder / PAGE).write_text(page, encoding="utf-8")
         except OSError as error:
             raise atomic_folder.cannot_write(out, OPTION, error) from error

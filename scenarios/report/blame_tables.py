@@ -2,11 +2,9 @@
 
 from collections.abc import Sequence
 
-from rich.console import Group, RenderableType
-from rich.padding import Padding
-from rich.table import Table
-from rich.text import Text
-
+from luxloop.scenarios.document.document import Answer, Block, Bullets, Document, Paragraph, Section
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import Span, Words
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import (
     BLAME_METRICS,
@@ -19,31 +17,35 @@ from luxloop.scenarios.oracle.stage_blame import (
     BlameMetric,
     StageCost,
 )
-from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import NONE, table_of, value_of
+from luxloop.scenarios.report.run_document import header
 
 OWN_DRIVES = "The tracks control the ego: every row is a separate drive with its own scans."
 
 
-def blame_report(blame: Blame, costs: Sequence[StageCost]) -> RenderableType:
-    """Return the printed report: the answer in one line, the costs of the stages, and all metrics.
+def blame_report(blame: Blame, costs: Sequence[StageCost]) -> Document:
+    """Return the report: the answer in one sentence, the costs of the stages, and all metrics.
 
     Parameters
     ----------
     costs
         Costs of the stages, the largest first.
     """
-    sections: list[RenderableType] = [
-        Text(answer(blame, costs), style="bold"),
+    own = [Paragraph(OWN_DRIVES, "dim")] if blame.shipped.config["control"] else []
+    blocks: list[Block] = [
         *([_costs(costs)] if costs else []),
-        text.header(blame.shipped),
         _table("Stages, with the truth in the place of one of them", blame, OF_STAGES),
         _table("Estimates, with the truth in the place of one stage", blame, OF_FILTERS),
         _table("Tracks, with the truth in the place of one stage", blame, OF_TRACKS),
-        _verdicts(blame),
-        *([Text(OWN_DRIVES, style="dim")] if blame.shipped.config["control"] else []),
+        Bullets([_verdict(blame, metric) for metric in BLAME_METRICS], "Which stage costs most"),
+        *own,
     ]
-    return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
+    return Document(
+        f"{blame.shipped.scenario}: which stage costs most",
+        Answer(answer(blame, costs)),
+        header(blame.shipped),
+        [Section("stages", "Stages", blocks)],
+    )
 
 
 def answer(blame: Blame, costs: Sequence[StageCost]) -> str:
@@ -90,19 +92,13 @@ def _table(title: str, blame: Blame, metrics: Sequence[BlameMetric]) -> Table:
     return table
 
 
-def _cell(blame: Blame, stage: Stage, metric: BlameMetric) -> Text:
+def _cell(blame: Blame, stage: Stage, metric: BlameMetric) -> Words:
     measured, gain = blame.by_truth[stage][metric.name], blame.gain(stage, metric)
     if not gain:
-        return Text(value_of(measured), style="dim")
+        return Span(value_of(measured), "dim")
     change = gain if metric.better == "more" else -gain
     signed = f"{change:+.0f}" if measured.unit == "count" else f"{change:+.{SHOWN_DIGITS}f}"
-    return Text.assemble(value_of(measured), ("\n" + signed, "green" if gain > 0 else "red"))
-
-
-def _verdicts(blame: Blame) -> Text:
-    """Return a line per metric."""
-    lines = [Text("Which stage costs most", style="bold")]
-    return Text("\n").join(lines + [Text(_verdict(blame, metric)) for metric in BLAME_METRICS])
+    return value_of(measured), Span("\n" + signed, "good" if gain > 0 else "bad")
 
 
 def _verdict(blame: Blame, metric: BlameMetric) -> str:

@@ -1,11 +1,6 @@
-"""Tables and formatted values of printed reports."""
+"""Tables and formatted values of reports."""
 
-from rich import box
-from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
-from rich.measure import Measurement
-from rich.table import Table
-from rich.text import Text
-
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.files.expect import Check
 from luxloop.scenarios.result import Metric
 
@@ -15,48 +10,13 @@ MOST_DIGITS = 9
 """Most decimals that show the difference between a value and its limit."""
 
 
-class ReportTable(Table):
-    """Table that wraps and folds its cells on narrow lines; rich would end them in ellipses."""
-
-    def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
-        """Return the width in which no cell is folded, as the minimum."""
-        needed = self._needed_width(console, options)
-        return Measurement(needed, max(needed, super().__rich_measure__(console, options).maximum))
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Allow breaks in all columns if the line is too short for those that should stay on one line."""
-        if self._needed_width(console, options) > options.max_width:
-            for column in self.columns:
-                column.no_wrap = False
-        for column in self.columns:
-            column.overflow = "fold"
-        yield from super().__rich_console__(console, options)
-
-    def _needed_width(self, console: Console, options: ConsoleOptions) -> int:
-        """Return the width of lines on which columns without breaks are whole, and words of the others, too."""
-        unlimited = options.update(max_width=10_000)
-
-        def width(cell: RenderableType, no_wrap: bool) -> int:
-            measured = Measurement.get(console, unlimited, cell)
-            return measured.maximum if no_wrap else measured.minimum
-
-        widest = [
-            max(width(cell, column.no_wrap) for cell in (column.header, *column.cells)) for column in self.columns
-        ]
-        _, right, _, left = self.padding
-        return sum(widest) + (len(widest) - 1) * (right + left + (1 if self.box else 0))
-
-
 def table_of(title: str, first_column: str, *number_columns: str) -> Table:
     """Return an empty table with a column of names and columns of numbers."""
-    # The title is a Text, because rich would parse [deg] in a plain string as a style.
-    table = ReportTable(
-        title=Text(title, style="bold"), title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False
-    )
-    table.add_column(first_column, no_wrap=True)
+    found = Table(title)
+    found.add_column(first_column, no_wrap=True)
     for column in number_columns:
-        table.add_column(column, justify="right", no_wrap=True)
-    return table
+        found.add_column(column, justify="right", no_wrap=True)
+    return found
 
 
 def value_of(metric: Metric, digits: int = 3) -> str:
@@ -82,6 +42,11 @@ def exceeded(check: Check) -> str:
 def unit_of(metric: Metric) -> str:
     """Return the unit with a leading space, or nothing for shares and counts."""
     return "" if metric.unit in ("1", "count") else f" {metric.unit}"
+
+
+def with_unit(metric: Metric) -> str:
+    """Format the value with its unit."""
+    return value_of(metric) + ("" if metric.value is None else unit_of(metric))
 
 
 def percent_of(metric: Metric) -> str:

@@ -1,7 +1,6 @@
 """Printed table of the target's emergence."""
 
-from rich.table import Table
-
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definitions import STAGES
 from luxloop.scenarios.report.cells import table_of, value_of
 from luxloop.scenarios.result import Result

@@ -11,11 +11,13 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from luxloop.scenarios.document.document import Answer
+from luxloop.scenarios.document.terminal import COLORS
 from luxloop.scenarios.files import known_failure
-from luxloop.scenarios.files.expect import Check, unmet, verdict
+from luxloop.scenarios.files.expect import Check, unmet
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
-from luxloop.scenarios.report.text import COLORS, NOTHING_EXPECTED
+from luxloop.scenarios.report.run_answer import answer
 from luxloop.scenarios.rerun_log.viewer import frame_to_show
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import run_folder
@@ -125,23 +127,11 @@ def spaced(sections: list[Screen]) -> Screen:
     return lines
 
 
-def headline(name: str, outcome: str, color: str, said: str) -> Text:
-    """Return the first line: verdict, what was run, and a sentence about it."""
-    return Text.assemble((outcome.upper(), f"bold {color}"), "  ", (name, "bold"), f": {said}")
-
-
-def statement(checks: Sequence[Check], result: Result) -> str:
-    """Return the verdict as a sentence."""
-    if not checks:
-        said = NOTHING_EXPECTED
-    else:
-        count = {outcome: sum(check.outcome == outcome for check in checks) for outcome in ("failed", "known failure")}
-        said = f"{sum(check.holds for check in checks)} of {len(checks)} expectations hold"
-        said += f", {count['failed']} failed" if count["failed"] else ""
-        said += f", {counted(count['known failure'], 'known failure')}" if count["known failure"] else ""
-        unreported = sum(check.outcome == "not applicable" for check in checks)
-        said += f", {unreported} not applicable" if unreported else ""
-    return said if result.complete else f"ended early: {result.ended_early}; so far {said}"
+def headline(name: str, said: Answer) -> Text:
+    """Return the first line: verdict, what was run, and the sentence about it."""
+    return Text.assemble(
+        (said.verdict.upper(), f"bold {COLORS[said.style]}"), "  ", (name, "bold"), f": {said.sentence}"
+    )
 
 
 def figures(metrics: Mapping[str, Metric], columns: int) -> Screen:
@@ -199,7 +189,6 @@ def next_commands(commands: Mapping[str, str], columns: int) -> Screen:
 
 def _head(result: Result, checks: Sequence[Check], facts: Sequence[str]) -> Screen:
     """Return the verdict, the size of the run, and facts."""
-    outcome = verdict(checks, result.complete)
     name = result.scenario if "recording" in result.config else f"{result.scenario}, seed {result.seed}"
     said = [counted(result.frames, "frame")]
     vehicles, time = (result.metrics[metric] for metric in ("dataset.vehicles", "perf.tracker_ms_p50"))
@@ -207,7 +196,7 @@ def _head(result: Result, checks: Sequence[Check], facts: Sequence[str]) -> Scre
     said += [] if time.value is None else [f"tracker {value_of(time, 0)} ms a frame"]
     said += [] if result.config["device"] == SHIPPED else [f"device {result.config['device']}"]
     lines = [", ".join(line) for line in (said, facts) if line]
-    return [headline(name, outcome, COLORS[outcome], statement(checks, result)), *(Text(line, "dim") for line in lines)]
+    return [headline(name, answer(result, checks)), *(Text(line, "dim") for line in lines)]
 
 
 def _warning(result: Result, columns: int) -> Screen:

@@ -1,7 +1,7 @@
 """Tables of the fits that the paper does not have: by range and points, selection and covariance, corner and size."""
 
-from rich.table import Table
-
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import Style
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import (
     CORNER_FIGURES,
@@ -34,9 +34,9 @@ def methods_of(result: Result) -> list[str]:
     return [m for m in FIT_METHODS if m not in BASELINES or result.metrics[of_method("heading_mean_deg", m)].n]
 
 
-def emphasis(method: str) -> str:
+def emphasis(method: str) -> Style:
     """Return the style of a method's row."""
-    return {"best": "bold", "oracle": "dim"}.get(method, "")
+    return "bold" if method == "best" else "dim" if method == "oracle" else ""
 
 
 def heading_by_band(result: Result) -> Table:

@@ -1,7 +1,6 @@
 """Table of the metrics of a scenario file."""
 
-from rich.table import Table
-
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.report.cells import interval_of, table_of, unit_of, value_of
 from luxloop.scenarios.result import Result

@@ -2,8 +2,7 @@
 
 from itertools import product
 
-from rich.table import Table
-
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import NO_VIEW, TARGETS, VIEWS, estimates
 from luxloop.scenarios.report import paper_figures
@@ -86,8 +85,7 @@ def position_error(result: Result) -> Table:
                 for figure in ("mean", "std")
             )
             cells += [value_of(mean), interval_of(mean).removesuffix(" vehicles"), value_of(std)]  # two on a line
-        style = "bold" if estimate == "mma" else ""
-        table.add_row(estimate, target, *cells, str(mean.n), style=style)
+        table.add_row(estimate, target, *cells, str(mean.n), style="bold" if estimate == "mma" else "")
     for (model, targets), published in paper_figures.POSITION_ABS_M.items():
         x_mean, x_std, y_mean, y_std = (f"{value:.3f}" for value in published)
         table.add_row(f"paper: {model}", targets, x_mean, "", x_std, y_mean, "", y_std, style="dim")

@@ -34,9 +34,9 @@ class SuiteReport:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Write the page and print its path."""
-        from luxloop.scenarios.report.html import pages
+        from luxloop.scenarios.document import html
         from luxloop.scenarios.report.html.suite_page import Broken, suite_page
 
         if self._folders or self._broken:
-            pages.write(self._out, suite_page(self._folders, [Broken(*one) for one in self._broken]))
+            html.write(self._out, suite_page(self._folders, [Broken(*one) for one in self._broken]))
             terminalreporter.write_line(f"The report is in {self._out}")

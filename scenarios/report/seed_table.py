@@ -2,30 +2,53 @@
 
 import math
 import statistics
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.console import Group
-from rich.table import Table
-from rich.text import Text
-
+from luxloop.scenarios.document.document import Answer, Document, Section
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import Span, Style
 from luxloop.scenarios.report.cells import NONE, table_of, value_of
 from luxloop.scenarios.report.html.reported_run import SUITE_METRICS
-from luxloop.scenarios.report.text import COLORS
+from luxloop.scenarios.report.run_answer import STYLES
 from luxloop.scenarios.result import Result
 
+WORST_FIRST = ("broken tracker", "failed", "incomplete", "no limits", "passed")
+"""Verdicts of runs; that of all runs is the first of theirs."""
+STYLE_OF: Mapping[str, Style] = {"broken tracker": "bad", **{str(one): style for one, style in STYLES.items()}}
 
-def seed_report(results: Sequence[Result], verdicts: Mapping[int, str]) -> Group:
-    """Return the tables of runs that differ in their seeds.
+
+def seeds_document(done: Mapping[int, Result], verdicts: Mapping[int, str]) -> Document:
+    """Return runs that differ in their seeds.
 
     Parameters
     ----------
-    results
-        Runs that have a result.
+    done
+        Runs that have a result, by seed.
     verdicts
         Verdict by seed, of all runs.
     """
-    return Group(_each(results, verdicts), Text(), _spread(results), Text())
+    results = list(done.values())
+    sections = [
+        Section("each", "Each seed", [_each(results, verdicts)]),
+        Section("spread", "Over the seeds", [_spread(results)]),
+    ]
+    return Document(seeds_name(done, verdicts), seeds_answer(verdicts), [], sections)
+
+
+def seeds_name(done: Mapping[int, Result], verdicts: Mapping[int, str]) -> str:
+    """Return the scenario and its seeds."""
+    scenario = next((result.scenario for result in done.values()), "no run")
+    return f"{scenario}, seeds {min(verdicts)}-{max(verdicts)}"
+
+
+def seeds_answer(verdicts: Mapping[int, str]) -> Answer:
+    """Return the worst verdict, and the number of seeds with each."""
+    count = Counter(verdicts.values())
+    present = [verdict for verdict in WORST_FIRST if count[verdict]]
+    said = ", ".join(f"{count[verdict]} {verdict}" for verdict in present)
+    return Answer(said, present[0], STYLE_OF[present[0]])
 
 
 def summary(results: Sequence[Result]) -> dict[str, dict[str, Any]]:
@@ -52,9 +75,8 @@ def _each(results: Sequence[Result], verdicts: Mapping[int, str]) -> Table:
     table.add_column("verdict", no_wrap=True)
     by_seed = {result.seed: result for result in results}
     for seed, verdict in verdicts.items():
-        style = next((color for known, color in COLORS.items() if known == verdict), "red")
         values = [value_of(by_seed[seed].metrics[name]) if seed in by_seed else NONE for name in SUITE_METRICS]
-        table.add_row(str(seed), *values, Text(verdict, style=style))
+        table.add_row(str(seed), *values, Span(verdict, STYLE_OF[verdict]))
     return table
 
 

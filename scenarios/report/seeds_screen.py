@@ -1,6 +1,5 @@
 """Screen of `luxloop run --seeds`: verdicts, main figures over the seeds, limits that do not hold, next commands."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from rich.console import Console
@@ -10,14 +9,10 @@ from luxloop.scenarios.files.expect import Check, unmet
 from luxloop.scenarios.report import first_screen, text
 from luxloop.scenarios.report.cells import exceeded
 from luxloop.scenarios.report.first_screen import FIGURES, LINES, MOST_FIGURES, Screen
-from luxloop.scenarios.report.seed_table import seed_report, statistics_of
-from luxloop.scenarios.report.text import COLORS
+from luxloop.scenarios.report.seed_table import WORST_FIRST, seeds_answer, seeds_document, seeds_name, statistics_of
 from luxloop.scenarios.result import Result
 
 Runs = Mapping[int, Result]
-
-WORST_FIRST = ("broken tracker", "failed", "incomplete", "no limits", "passed")
-"""Verdicts of runs; that of all runs is the first of theirs."""
 
 
 def show(done: Runs, verdicts: Mapping[int, str], *, recorded: bool, full: bool) -> None:
@@ -35,7 +30,7 @@ def show(done: Runs, verdicts: Mapping[int, str], *, recorded: bool, full: bool)
         True for the tables.
     """
     if full or not done:
-        text.show(seed_report(list(done.values()), verdicts))
+        text.show(seeds_document(done, verdicts))
         return
     console = Console(markup=False, emoji=False, highlight=False)
     first_screen.print_lines(screen(done, verdicts, console.width, recorded=recorded), console)
@@ -44,19 +39,10 @@ def show(done: Runs, verdicts: Mapping[int, str], *, recorded: bool, full: bool)
 def screen(done: Runs, verdicts: Mapping[int, str], columns: int, *, recorded: bool) -> Screen:
     """Return at most `LINES` lines; the parameters are those of `show`, and the columns of the terminal."""
     ranked = sorted(done, key=lambda seed: WORST_FIRST.index(verdicts[seed]))
-    first, figures = [_headline(done[ranked[0]].scenario, verdicts)], _figures(done)
+    first, figures = [first_screen.headline(seeds_name(done, verdicts), seeds_answer(verdicts))], _figures(done)
     commands = first_screen.next_commands(_commands(done, ranked[0], recorded=recorded), columns)
     failing = _failing(done, LINES - len(first) - len(figures) - len(commands) - first_screen.BLANK)
     return first_screen.spaced([section for section in (first, failing, figures, commands) if section])
-
-
-def _headline(scenario: str, verdicts: Mapping[int, str]) -> Text:
-    """Return the worst verdict, and the number of seeds with each."""
-    count = Counter(verdicts.values())
-    present = [verdict for verdict in WORST_FIRST if count[verdict]]
-    said = ", ".join(f"{count[verdict]} {verdict}" for verdict in present)
-    color = next((color for verdict, color in COLORS.items() if verdict == present[0]), "red")
-    return first_screen.headline(f"{scenario}, seeds {min(verdicts)}-{max(verdicts)}", present[0], color, said)
 
 
 def _figures(done: Runs) -> Screen:

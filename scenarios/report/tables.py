@@ -1,11 +1,8 @@
-"""Tables of a report that the paper does not have: stages, controlled ego, speed, and expectations."""
+"""Tables of a report that the paper does not have: stages, controlled ego, and speed."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
-from rich.table import Table
-from rich.text import Text
-
-from luxloop.scenarios.files.expect import Check, ExpectationOutcome
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import (
     CAUSES,
@@ -17,7 +14,7 @@ from luxloop.scenarios.metrics.definitions import (
     find_metric,
 )
 from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
-from luxloop.scenarios.result import Result
+from luxloop.scenarios.result import Metric, Result
 from luxloop.tracker.records import MODELS
 
 
@@ -78,11 +75,16 @@ def metric_list(title: str, result: Result, prefixes: tuple[str, ...]) -> Table:
 
 
 def metric_rows(title: str, result: Result, names: Iterable[str]) -> Table:
-    """Return a table with a row for each metric: its value, 95 % interval and meaning."""
+    """Return a table with a row for each metric of a run: its value, 95 % interval and meaning."""
+    return figure_rows(title, result.metrics, names)
+
+
+def figure_rows(title: str, metrics: Mapping[str, Metric], names: Iterable[str]) -> Table:
+    """Return a table with a row for each of these metrics: its value, 95 % interval and meaning."""
     table = table_of(title, "metric", "value", "95 %", "n")
     table.add_column("", style="dim")
     for name in names:
-        metric = result.metrics[name]
+        metric = metrics[name]
         meaning = metric.reason or find_metric(name).meaning
         table.add_row(name, value_of(metric), interval_of(metric), str(metric.n), meaning)
     return table
@@ -93,7 +95,7 @@ def control(result: Result) -> Table:
     table = table_of("Controlled ego, by the truth of its drives", "", *(f"by the {driver}" for driver in DRIVERS))
     for name, (unit, meaning, *_) in SAFETY.items():
         metrics = [result.metrics[f"control.{prefix}{name}"] for prefix in DRIVERS.values()]
-        table.add_row(Text(f"{meaning} [{unit}]"), *map(value_of, metrics))
+        table.add_row(f"{meaning} [{unit}]", *map(value_of, metrics))
     return table
 
 
@@ -106,24 +108,4 @@ def speed(result: Result) -> Table:
     factor = result.metrics["perf.realtime_factor"].value
     if factor is not None:
         table.add_row("whole loop", f"{factor:.1f} x real time", "without recording")
-    return table
-
-
-STYLES: dict[ExpectationOutcome, str] = {
-    "passed": "green",
-    "failed": "bold red",
-    "known failure": "yellow",
-    "unexpected pass": "bold cyan",
-    "not applicable": "dim",
-}
-
-
-def expectations(checks: list[Check]) -> Table:
-    """Return the limits of the scenario with values and outcomes, and the need or the reason of a known failure."""
-    table = table_of("Expectations", "metric", "limit", "value")
-    table.add_column("")
-    table.add_column("", style="dim")
-    for check in checks:
-        mark = Text(check.outcome.upper() if check.outcome == "failed" else check.outcome, style=STYLES[check.outcome])
-        table.add_row(check.name, str(check.limit), value_of(check.metric), mark, check.why)
     return table

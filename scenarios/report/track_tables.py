@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping
 
-from rich.table import Table
-
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import REPORTED_BANDS
 from luxloop.scenarios.report.cells import table_of, value_of

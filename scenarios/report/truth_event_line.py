@@ -1,10 +1,10 @@
-"""Printed line of the truth events of a run."""
+"""Sentences on the truth events of a run."""
 
 from collections.abc import Iterator
 
 import pandas as pd
-from rich.text import Text
 
+from luxloop.scenarios.document.document import Paragraph
 from luxloop.scenarios.grading.truth_events.event_names import COUNTS, EventKind
 from luxloop.scenarios.result import Result
 from luxloop.sim.highway.highway_config import MOTORIST
@@ -34,9 +34,9 @@ VALUES = {
 """Format of each quantity."""
 
 
-def truth_events(result: Result) -> list[Text]:
+def truth_events(result: Result) -> list[Paragraph]:
     """Return the warnings about the traffic, and a line with the events of each kind; nothing without any."""
-    warnings = [Text(f"Warning: {warning}", style="yellow") for warning in result.warnings]
+    warnings = [Paragraph(f"Warning: {warning}", "warn") for warning in result.warnings]
     events = result.tables.get("events")
     if events is None or events.empty:
         return warnings
@@ -44,7 +44,7 @@ def truth_events(result: Result) -> list[Text]:
     masked = result.metrics["sim.masked_observations"].value
     if masked:
         line += f"; {masked:.0f} observations are not graded because of them"
-    return [*warnings, Text(line + _remedy(result, events), style="yellow")]
+    return [*warnings, Paragraph(line + _remedy(result, events), "warn")]
 
 
 def _remedy(result: Result, events: pd.DataFrame) -> str:

@@ -1,7 +1,6 @@
 """Printed table of people and riders."""
 
-from rich.table import Table
-
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definitions import GROUPS, VULNERABLE_COUNTS, VULNERABLE_SCORES
 from luxloop.scenarios.report.cells import table_of, value_of
 from luxloop.scenarios.result import Result

@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.table import Table
 
+from luxloop.scenarios.document import figure_files
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import SERIES
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.report import figure_files
 from luxloop.scenarios.report.cells import table_of
-from luxloop.scenarios.report.figure_files import FigureFile
-from luxloop.scenarios.report.html.palette import SERIES
 from luxloop.scenarios.search.thresholds import Setting
 from luxloop.scenarios.statistics.adaptive_curve import Threshold
 from luxloop.scenarios.study.figures import label, text
@@ -96,7 +96,7 @@ def write(study: Study, settings: list[Setting], out: Path, formats: list[str]) 
         canvas.supxlabel(label(study, study.threshold.key) if study.threshold else "", fontsize=9)
 
     size = (1.0 + PANEL_IN[0] * wide, 0.8 + PANEL_IN[1] * high)
-    figure_files.save(FigureFile(PICTURE, title, size, paint), out, list(dict.fromkeys(["png", *formats])))
+    figure_files.save(Figure(PICTURE, title, "", size, paint), out, list(dict.fromkeys(["png", *formats])))
 
 
 def _cells(one: Threshold, setting: Setting) -> tuple[str, str]:

@@ -1,17 +1,12 @@
 """Figures of a study: curves with confidence intervals and single seeds, and heat maps over two parameters."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.report import figure_files
-from luxloop.scenarios.report.figure_files import FigureFile
-from luxloop.scenarios.report.html.palette import INK, PAGE, SERIES
-from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.scenarios.document.figure import Figure, note
+from luxloop.scenarios.document.palette import INK, PAGE, SERIES
 from luxloop.scenarios.study.curves import estimates, is_binary, levels, seed_dots, seed_warnings
 from luxloop.scenarios.study.study_file import Curve, Study
 
@@ -34,33 +29,7 @@ MAP_COLORS = "cividis"
 """Perceptually uniform and readable with colour vision deficiency (Nunez, Anderton and Renslow 2018)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A figure of a study, for a page or a file."""
-
-    name: str
-    title: str
-    caption: str
-    size_in: tuple[float, float]
-    paint: "Callable[[Canvas], None]"
-    """Draws the figure on a canvas."""
-
-    def figure(self) -> Figure:
-        """Return the figure as SVG, for a page."""
-        return draw(self.name, self.title, self.caption, self.size_in, self.paint, wide=self.size_in[0] > WIDE_IN)
-
-    def save(self, folder: Path, formats: Sequence[str] = ("png",)) -> list[Path]:
-        """Write the figure in each of these formats.
-
-        Raises
-        ------
-        OutputError
-            The folder cannot be written.
-        """
-        return figure_files.save(FigureFile(self.name, self.title, self.size_in, self.paint), folder, formats)
-
-
-def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Picture:
+def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Figure:
     """Return the figure of one `[[curve]]` of a study.
 
     Parameters
@@ -102,7 +71,8 @@ def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Pictur
 
     definition = study.definition(curve.metric)
     title = curve.title or (definition.meaning if definition else curve.metric)
-    return Picture(name, title[0].upper() + title[1:], _caption(study, rows, curve), _size(curve, rows, columns), paint)
+    size = _size(curve, rows, columns)
+    return Figure(name, title[0].upper() + title[1:], _caption(study, rows, curve), size, paint, size[0] > WIDE_IN)
 
 
 def label(study: Study, key: str) -> str:

@@ -12,16 +12,16 @@ import numpy as np
 import pandas as pd
 import scipy
 from rich.console import Group
-from rich.table import Table
 from rich.text import Text
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.document import figure_files
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import SERIES
+from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
-from luxloop.scenarios.report import figure_files
 from luxloop.scenarios.report.cells import table_of
-from luxloop.scenarios.report.figure_files import FigureFile
-from luxloop.scenarios.report.html.palette import SERIES
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.statistics import logistic
 from luxloop.scenarios.statistics.confidence import TAIL, Interval
@@ -186,7 +186,7 @@ def write(found: OcclusionSurvival, out: Path, formats: list[str]) -> None:
             (folder / DOCUMENT).write_text(text, encoding="utf-8")
         except OSError as error:
             raise atomic_folder.cannot_write(out, "--out", error) from error
-        figure = FigureFile(PICTURE, "Share of track ids that survive an occlusion", (7.0, 3.6), _painter(found))
+        figure = Figure(PICTURE, "Share of track ids that survive an occlusion", "", (7.0, 3.6), _painter(found))
         figure_files.save(figure, folder, list(dict.fromkeys(["png", *formats])))
 
 

@@ -1,15 +1,19 @@
 """Report of a sweep: one self-contained HTML page, and each of its figures as a PNG file."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
-from luxloop.scenarios.report import figure_files
-from luxloop.scenarios.report.html import pages
-from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
+from luxloop.scenarios.document import figure_files, html
+from luxloop.scenarios.document.document import Answer, Block, Document, Facts, Folded, Paragraph, Section
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import code
+from luxloop.scenarios.report.cells import counted
 from luxloop.scenarios.study.curves import LEVELS, differences, estimates, measured
-from luxloop.scenarios.study.figures import Picture, label, picture, text
+from luxloop.scenarios.study.figures import label, picture, text
 from luxloop.scenarios.study.study_file import Curve, Study
 from luxloop.scenarios.study.study_tables import (
     estimate_cells,
@@ -25,6 +29,11 @@ from luxloop.scenarios.study.worker import BROKEN
 
 REPORT = "report.html"
 PICTURES = "pictures"
+WITHOUT_FAILED = "Means do not include failed runs."
+COMBINATIONS = (
+    "All combinations of parameters run with the same seeds. A difference compares runs of two curves with the same "
+    "seed and the same other parameters; its interval is of the same kind as those of the curve."
+)
 MOST_FAILED = 100
 """Maximum number of failed runs listed on the page; the rows hold all of them."""
 
@@ -41,39 +50,81 @@ def report(sweep: Sweep, folder: Path, formats: Sequence[str] = ()) -> Path:
     pictures = [_picture(study, rows, curve, _file_name(number, curve)) for number, curve in enumerate(study.curve, 1)]
     figure_files.make_folder(folder / PICTURES)
     for one in pictures:
-        one.save(folder / PICTURES, list(dict.fromkeys(["png", *formats])))
-    pages.write(folder / REPORT, page(sweep, pictures))
+        figure_files.save(one, folder / PICTURES, list(dict.fromkeys(["png", *formats])))
+    html.write(folder / REPORT, study_document(sweep, pictures))
     return folder / REPORT
 
 
-def _picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Picture:
+def _picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Figure:
     make = survival_picture if curve.kind == "survival" else picture
     return make(study, rows, curve, name)
 
 
-def page(sweep: Sweep, pictures: list[Picture]) -> str:
-    """Return the HTML page of a sweep with these pictures, one for each `[[curve]]`."""
+def study_document(sweep: Sweep, pictures: Sequence[Figure]) -> Document:
+    """Return a sweep as a document, with these pictures, one for each `[[curve]]`."""
     study, rows = sweep.study, measured(sweep.rows)
-    return pages.render(
-        "study.html.j2",
-        name=study.path.stem,
-        study=study,
-        sweep=sweep,
-        status=sweep.rows["status"].value_counts().to_dict(),
-        parameters=[
-            (label(study, parameter.key), ", ".join(map(text, _values(rows, parameter.key))))
-            for parameter in study.vary
-        ],
-        shown=[
-            (one.figure(), numbers(study, rows, curve), point_runs(study, rows, curve, sweep.keep_at))
-            for one, curve in zip(pictures, study.curve, strict=True)
-        ],
-        failed=failed(study, sweep.rows),
-        wall_s=float(sweep.rows["wall_s"].sum()),
+    shown = [_with_numbers(sweep, rows, *one) for one in zip(pictures, study.curve, strict=True)]
+    first, others = shown[:1], shown[1:]
+    broken = failed(study, sweep.rows)
+    sections = [
+        Section("failed", "Failed runs", [Paragraph(WITHOUT_FAILED), broken] if broken.rows else []),
+        Section("curves", "More curves", [block for one in others for block in one]),
+        Section("study", "The study", [Paragraph(COMBINATIONS), *_facts(sweep, rows)]),
+    ]
+    return Document(
+        title=study.path.stem,
+        answer=Answer(answer(sweep)),
+        lead=[*(block for one in first for block in one), Paragraph(study.description)],
+        sections=[section for section in sections if section.blocks],
+        name=f"{study.path.stem}: {len(sweep.rows)} runs",
     )
 
 
-def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> PageTable:
+def answer(sweep: Sweep) -> str:
+    """Return the range of the first curve, and how many runs have a result."""
+    rows = measured(sweep.rows)
+    ended = f"{len(rows)} of {counted(sweep.count, 'run')} have a result"
+    curves = [curve for curve in sweep.study.curve if curve.kind != "survival"]
+    if not curves:
+        return ended
+    curve = curves[0]
+    found = estimates(rows, curve.metric, curve.keys)
+    known = found[found["n"] > 0].sort_values("value", kind="stable").to_dict("records")
+    name = label(sweep.study, curve.metric)
+    if not known:
+        return f"No run has a {name}; {ended}"
+    low, high = (_point(sweep.study, curve, known[end]) for end in (0, -1))
+    return f"{name} is between {low} and {high}; {ended}" if len(known) > 1 else f"{name} is {low}; {ended}"
+
+
+def _point(study: Study, curve: Curve, row: Mapping[Hashable, Any]) -> str:
+    """Return the value of a point, and where it is."""
+    where = ", ".join(f"{label(study, key)} {text(row[key])}" for key in curve.keys)
+    return f"{row['value']:.3g} ({where})"
+
+
+def _with_numbers(sweep: Sweep, rows: pd.DataFrame, figure: Figure, curve: Curve) -> list[Block]:
+    """Return a figure, and the tables of its numbers and runs, folded."""
+    runs = point_runs(sweep.study, rows, curve, sweep.keep_at)
+    parts = {"Numbers": numbers(sweep.study, rows, curve), "Runs of each point": runs}
+    return [figure, *(Folded(title, [table]) for title, table in parts.items() if table.rows)]
+
+
+def _facts(sweep: Sweep, rows: pd.DataFrame) -> list[Block]:
+    """Return the numbers of runs, and the parameters with their values."""
+    study, count = sweep.study, sweep.count
+    runs = f"{len(sweep.rows)}" + (f" of {count}" if len(sweep.rows) < count else "")
+    status = {str(name): str(number) for name, number in sweep.rows["status"].value_counts().items()}
+    seeds, computed = str(len(study.seed_list)), f"{sweep.rows['wall_s'].sum():.0f} s"
+    varied = {label(study, one.key): ", ".join(map(text, _values(rows, one.key))) for one in study.vary}
+    fixed = {f"{key}, fixed": str(value) for key, value in study.fixed.items()}
+    return [
+        Facts({"runs": runs, **status, "seeds": seeds, "computed": computed}, large=True),
+        Facts({"scenario": code(study.scenario), **varied, **fixed}),
+    ]
+
+
+def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> Table:
     """Return the table of a figure's numbers, with differences from its first curve, or tests against it."""
     if curve.kind == "survival":
         head, lines = survival_lines(study, rows, curve)
@@ -94,7 +145,7 @@ def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> PageTable:
     return _table(f"Numbers: {label(study, curve.metric)}", head, cells, left=len(curve.keys))
 
 
-def failed(study: Study, rows: pd.DataFrame) -> PageTable:
+def failed(study: Study, rows: pd.DataFrame) -> Table:
     """Return the table of failed and incomplete runs, with their parameters and errors."""
     broken = rows[rows["status"].isin(BROKEN)].head(MOST_FAILED)
     keys = [parameter.key for parameter in study.vary]
@@ -106,10 +157,14 @@ def failed(study: Study, rows: pd.DataFrame) -> PageTable:
     return _table("Failed runs", head, cells, left=len(head))
 
 
-def _table(title: str, head: list[str], lines: list[list[str]], left: int) -> PageTable:
+def _table(title: str, head: list[str], lines: list[list[str]], left: int) -> Table:
     """Return a table with the first `left` columns left-aligned and the others right-aligned."""
-    rows = [Row([Cell(cell, n >= left) for n, cell in enumerate(line)], "") for line in lines]
-    return PageTable(title, [Cell(cell, n >= left) for n, cell in enumerate(head)], rows)
+    table = Table(title)
+    for n, name in enumerate(head):
+        table.add_column(name, justify="right" if n >= left else "left")
+    for line in lines:
+        table.add_row(*line)
+    return table
 
 
 def _values(rows: pd.DataFrame, key: str) -> list[object]:

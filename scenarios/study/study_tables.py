@@ -6,8 +6,9 @@ from typing import Any, Literal
 
 import pandas as pd
 
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import Span
 from luxloop.scenarios.metrics.definitions import SURVIVAL, survival_measure
-from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
 from luxloop.scenarios.statistics.confidence import FEWEST_SEEDS
 from luxloop.scenarios.study import survival, survival_picture
 from luxloop.scenarios.study.curves import groups, is_binary
@@ -94,7 +95,7 @@ def _p_value(p: float) -> str:
 EXTREMES = ("lowest", "middle", "highest")
 
 
-def point_runs(study: Study, rows: pd.DataFrame, curve: Curve, keep_at: str | None) -> PageTable:
+def point_runs(study: Study, rows: pd.DataFrame, curve: Curve, keep_at: str | None) -> Table:
     """Return a table with a line per point: its runs of the lowest, the middle and the highest value.
 
     Parameters
@@ -104,22 +105,23 @@ def point_runs(study: Study, rows: pd.DataFrame, curve: Curve, keep_at: str | No
     keep_at
         Folder or fsspec URL of the run folders; the cells then link to them.
     """
-    head = [*(Cell(label(study, key), False) for key in curve.keys), *(Cell(name, False) for name in EXTREMES)]
+    table = Table(f"Runs: {label(study, curve.metric)}")
+    for name in (*(label(study, key) for key in curve.keys), *EXTREMES):
+        table.add_column(name)
     known = rows[rows[curve.metric].notna()].sort_values([curve.metric, "index"], kind="stable")
-    lines = []
     if len(known) and curve.keys:
         levels = groups(rows, curve.keys).loc[known.index]  # in the order of the study, as in the other tables
         for level, members in levels.groupby(curve.keys, sort=True, observed=True):
             of_point = known.loc[members.index].to_dict("records")
             chosen = [of_point[0], of_point[len(of_point) // 2], of_point[-1]]
-            names = [Cell(text(value), False) for value in level]
-            lines.append(Row([*names, *(_cell(run, curve.metric, keep_at) for run in chosen)], ""))
-    return PageTable(f"Runs: {label(study, curve.metric)}", head, lines)
+            table.add_row(*map(text, level), *(_cell(run, curve.metric, keep_at) for run in chosen))
+    return table
 
 
-def _cell(run: dict[str, object], metric: str, keep_at: str | None) -> Cell:
+def _cell(run: dict[str, object], metric: str, keep_at: str | None) -> Span:
     """Return value, place in the study and seed of a run, with a link to its folder if that is kept."""
-    return Cell(f"{run[metric]:.3g} (run {run['index']}, seed {run['seed']})", False, _link(str(run["key"]), keep_at))
+    shown = f"{run[metric]:.3g} (run {run['index']}, seed {run['seed']})"
+    return Span(shown, link=_link(str(run["key"]), keep_at))
 
 
 def _link(key: str, keep_at: str | None) -> str:

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.document.figure import Figure, note
+from luxloop.scenarios.document.palette import SERIES
 from luxloop.scenarios.metrics.definitions import STAGES, SURVIVAL, survival_measure
-from luxloop.scenarios.report.html.palette import SERIES
-from luxloop.scenarios.report.html.svg_figure import note
 from luxloop.scenarios.statistics.seed_warnings import few_seeds
 from luxloop.scenarios.study import survival
-from luxloop.scenarios.study.figures import MARKERS, PANEL_IN, Picture, label, text
+from luxloop.scenarios.study.figures import MARKERS, PANEL_IN, WIDE_IN, label, text
 from luxloop.scenarios.study.study_file import Curve, Study
 from luxloop.scenarios.study.survival import SurvivalCurve
 
@@ -41,7 +41,7 @@ WORDS = {
 """Label of the vertical axis, by stage."""
 
 
-def survival_picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Picture:
+def survival_picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Figure:
     """Return the figure of a `[[curve]]` with `kind = "survival"`; parameters as for `figures.picture`."""
     found = survival.samples(rows, curve.metric, curve.keys)
     panels = list(groups(found, curve.panels))
@@ -67,7 +67,7 @@ def survival_picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) 
 
     title = curve.title or f"Share of runs {WORDS[stage]}"
     size = (1.6 + PANEL_IN[0] * max(1, len(panels)), PANEL_IN[1])
-    return Picture(name, title, _caption(study, curve, stage, len(rows) - len(found)), size, paint)
+    return Figure(name, title, _caption(study, curve, stage, len(rows) - len(found)), size, paint, size[0] > WIDE_IN)
 
 
 def groups(found: pd.DataFrame, key: str | None) -> Iterator[Group]:

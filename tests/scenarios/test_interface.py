@@ -208,14 +208,14 @@ def test_a_comparison_of_results_is_that_of_their_folders():
     base = [luxloop.run("short.toml", seed=seed, into="base") for seed in (1, 2)]
     head = [luxloop.run("short.toml", seed=seed, tracker=Blind, out=f"head/{seed}") for seed in (1, 2)]
     of_folders = luxloop.compare("base", "head")
-    assert of_folders.outcome == "worse"
+    assert of_folders.verdict == "worse"
     for comparison in (
         luxloop.compare(base, head),
         luxloop.compare("base", [result.out for result in head]),
         luxloop.compare([luxloop.load_result(run.out) for run in base], iter(head)),
     ):
         assert comparison.report() == of_folders.report()
-    assert luxloop.compare(base[0], base[0]).outcome == "same"
+    assert luxloop.compare(base[0], base[0]).verdict == "same"
     assert "WORSE" in of_folders.report()
     assert "track.hota" in text_of(of_folders._repr_html_())
     with pytest.raises(luxloop.Error, match="BASE and HEAD: nothing to compare"):

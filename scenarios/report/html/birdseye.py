@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import BAD, FAINT, INK, RED, TEXT_SERIES
 from luxloop.scenarios.report.html import birdseye_layers as layers
-from luxloop.scenarios.report.html.palette import BAD, FAINT, INK, RED, TEXT_SERIES
 from luxloop.scenarios.report.html.shown_frames import ShownFrame, ego_poses
-from luxloop.scenarios.report.html.svg_figure import Figure, draw
 from luxloop.scenarios.result import Result
 
 if TYPE_CHECKING:
@@ -46,11 +46,6 @@ def anchor(name: str, frame: int) -> str:
     return f"{name}-frame-{frame}"
 
 
-def anchors(figures: Iterable[Figure]) -> dict[int, str]:
-    """Return the anchors of pictures by the number of their frame."""
-    return {figure.frame: figure.name for figure in figures if figure.frame is not None}
-
-
 def _picture(results: Sequence[Result], name: str, shown: ShownFrame, ego: Floats, points: pd.DataFrame) -> Figure:
     rows = [
         {key: result.tables[key][result.tables[key]["frame"] == shown.frame] for key in ("truth", "fits", "tracks")}
@@ -76,7 +71,7 @@ def _picture(results: Sequence[Result], name: str, shown: ShownFrame, ego: Float
     caption = f"Frame {shown.frame}, {shown.time_s:.2f} s: {'; '.join(shown.errors)}.{without}"
     more = f" and {len(shown.titles) - TITLES} more" if len(shown.titles) > TITLES else ""
     title = ", ".join(shown.titles[:TITLES]) + more
-    return draw(anchor(name, shown.frame), title, caption, (4.5, 4.5), on, frame=shown.frame)
+    return Figure(anchor(name, shown.frame), title, caption, (4.5, 4.5), on, frame=shown.frame)
 
 
 def _set_view(axes: "Axes", places_ego: list[Floats]) -> None:

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.document.palette import FAINT, INK, MUTED, ORANGE, PAGE, RED, SKY
 from luxloop.scenarios.grading.articulated import angles_of, kinds_of, parts
 from luxloop.scenarios.grading.plane_geometry import CORNER_SIGNS, corner, into_frame
-from luxloop.scenarios.report.html.palette import FAINT, INK, MUTED, ORANGE, PAGE, RED, SKY
 from luxloop.scenarios.report.html.shown_frames import POSE_WORLD
 
 if TYPE_CHECKING:

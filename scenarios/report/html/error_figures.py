@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.document.figure import Figure, note
+from luxloop.scenarios.document.palette import BLUE, GREEN
 from luxloop.scenarios.grading.plane_geometry import wrap
 from luxloop.scenarios.metrics.definitions import DEFINITIONS
-from luxloop.scenarios.report.html.palette import BLUE, GREEN
-from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
 from luxloop.scenarios.statistics.jackknife import ratio_interval
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _errors(observed: pd.DataFrame, name: str, label: str, bins: list[str], plac
         position.set(xlabel=label, xlim=(-0.5, max(len(bins), 1) - 0.5))
 
     caption = "Mean absolute error of the selected fits; whiskers are 95 % over vehicles, n counts fits."
-    return draw(f"error-{name.split()[0]}", f"Error of fits against {name}", caption, (5.2, 3.9), on)
+    return Figure(f"error-{name.split()[0]}", f"Error of fits against {name}", caption, (5.2, 3.9), on)
 
 
 def _means(

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY
 from luxloop.scenarios.metrics.definitions import FIT_METHODS
 from luxloop.scenarios.report import paper_figures
-from luxloop.scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY
-from luxloop.scenarios.report.html.svg_figure import Figure, draw
 from luxloop.tracker.records import BASELINES
 
 if TYPE_CHECKING:
@@ -60,4 +60,4 @@ def heading_distribution(fits: pd.DataFrame) -> Figure:
         canvas.legend(loc="outside lower center", ncols=2)
 
     caption = "Further left and higher is better. Oracle is the best possible selection."
-    return draw("heading-cdf", "Fit heading error, by method", caption, (5.2, 4.9), on)
+    return Figure("heading-cdf", "Fit heading error, by method", caption, (5.2, 4.9), on)

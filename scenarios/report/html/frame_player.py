@@ -9,17 +9,17 @@ import base64
 import json
 import zlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.document.document import Player
+from luxloop.scenarios.document.palette import TEXT_NAMES
 from luxloop.scenarios.grading.articulated import angles_of, kinds_of, parts
 from luxloop.scenarios.grading.plane_geometry import into_frame
 from luxloop.scenarios.grading.worst_frames import vehicle_names
-from luxloop.scenarios.report.html.palette import TEXT_NAMES
 from luxloop.scenarios.report.html.shown_frames import POSE_WORLD, ShownFrame
 from luxloop.scenarios.result import Result
 
@@ -30,18 +30,6 @@ AROUND = 12
 """Points are shown in so many frames before and after each worst frame, if the run has them: about a second."""
 UNITS = np.array([100.0, 100.0, 1000.0, 100.0, 100.0])
 """Units per metre and radian of a box: x, y, heading, length, width."""
-
-
-@dataclass(frozen=True, slots=True)
-class Player:
-    """Contents of the frame player of a page."""
-
-    packed: str
-    """Data of the script."""
-    trackers: dict[str, str]
-    """Name of each tracker, and the name of its colour."""
-    marked: list[ShownFrame]
-    """Frames that a button leads to."""
 
 
 def near(shown: Iterable[int], ego: Collection[int]) -> set[int]:
@@ -84,7 +72,7 @@ def player(
         "start": marked[0].frame if marked else 0,
     }
     colors = {name: TEXT_NAMES[row % len(TEXT_NAMES)] for row, name in enumerate(results)}
-    return Player(_pack(data), colors, list(marked))
+    return Player(_pack(data), colors, {shown.frame: "; ".join(shown.errors) for shown in marked})
 
 
 def _frame(

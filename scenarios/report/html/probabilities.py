@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from luxloop.scenarios.document.figure import Figure, note
+from luxloop.scenarios.document.palette import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from luxloop.scenarios.grading.frame_tables import models_of
 from luxloop.scenarios.grading.worst_frames import vehicle_names
-from luxloop.scenarios.report.html.palette import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
 from luxloop.tracker.records import MODEL_NAMES, MODELS
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def model_probabilities(tracks: pd.DataFrame, truth: pd.DataFrame) -> Figure:
         "Equation (12), for the vehicles with most changes of the true mode; strip and background show the true mode."
     )
     size = (10.0, 0.9 + 1.25 * max(len(chosen), 1))
-    return draw("probabilities", "Probability of each motion model", caption, size, on, wide=True)
+    return Figure("probabilities", "Probability of each motion model", caption, size, on, wide=True)
 
 
 def most_mode_changes(judged: pd.DataFrame) -> list[int]:

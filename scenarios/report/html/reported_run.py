@@ -5,12 +5,13 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
+from luxloop.scenarios.document.document import Answer
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.expect import Check, RunVerdict, ranked, unmet, verdict
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
-from luxloop.scenarios.report.cells import unit_of, value_of
-from luxloop.scenarios.report.text import NOTHING_EXPECTED
-from luxloop.scenarios.result import Metric, Result
+from luxloop.scenarios.report.cells import with_unit
+from luxloop.scenarios.report.run_answer import answer
+from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.device import SHIPPED
 
@@ -73,6 +74,11 @@ class ReportedRun:
         return verdict(self.checks, self.result.complete)
 
     @property
+    def answer(self) -> Answer:
+        """The verdict with its sentence."""
+        return answer(self.result, self.checks)
+
+    @property
     def known_failures(self) -> int:
         """Number of known failures among the expectations."""
         return sum(check.outcome == "known failure" for check in self.checks)
@@ -82,16 +88,6 @@ class ReportedRun:
         """Family of a shipped scenario; empty for others."""
         path = shipped.paths().get(self.result.scenario)
         return path.parent.name if path else ""
-
-    @property
-    def conclusion(self) -> str:
-        """The verdict in a sentence."""
-        held = sum(check.holds for check in self.checks)
-        text = f"{held} of {len(self.checks)} expectations hold" if self.checks else NOTHING_EXPECTED
-        text += f", {self.known_failures} known to fail" if self.known_failures else ""
-        unreported = sum(check.outcome == "not applicable" for check in self.checks)
-        text += f", {unreported} not applicable" if unreported else ""
-        return text if self.result.complete else f"{text} so far; it ended early: {self.result.ended_early}"
 
     @property
     def headlines(self) -> dict[str, str]:
@@ -137,13 +133,3 @@ def _device_options(device: str) -> str:
         return ""
     kind, _, stages = device.partition(": ")
     return "".join(f" --oracle {stage}" for stage in stages.split(", ")) if kind == "oracle" else f" --tracker {device}"
-
-
-def with_unit(metric: Metric) -> str:
-    """Format the value with its unit."""
-    return value_of(metric) + ("" if metric.value is None else unit_of(metric))
-
-
-def interval(metric: Metric) -> str:
-    """Format the 95 % interval; without one the reason, empty for figures that never have any."""
-    return metric.why_no_interval if metric.interval is None else "{:.3f} to {:.3f}".format(*metric.interval)

@@ -2,18 +2,24 @@
 
 import os
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from luxloop.scenarios.document.document import Answer, Block, Document, Folded, Paragraph, Preformatted, Section
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import Span, code
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files.expect import RunVerdict
-from luxloop.scenarios.report.html.birdseye import anchors, birdseye
+from luxloop.scenarios.report.cells import counted, with_unit
+from luxloop.scenarios.report.html.birdseye import birdseye
 from luxloop.scenarios.report.html.frame_points import frame_points
-from luxloop.scenarios.report.html.pages import render
 from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun
 from luxloop.scenarios.report.html.shown_frames import shown_frames
-from luxloop.scenarios.report.html.svg_figure import Figure
+from luxloop.scenarios.report.html.suite_figure import suite_figure
+from luxloop.scenarios.report.run_answer import run_badge
+from luxloop.scenarios.report.run_document import PICTURE_LEGEND, expectations
 from luxloop.scenarios.run import run_folder
 
 PICTURES: dict[RunVerdict, int] = {"failed": 2, "incomplete": 2, "passed": 1, "no limits": 1}
@@ -30,25 +36,32 @@ class Broken:
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class RunSection:
     """Section of a run. The run's tables are dropped to save memory."""
 
     name: str
     """Folder of the run, relative to the common parent of all runs."""
     run: ReportedRun
     pictures: list[Figure]
-    anchors: dict[int, str]
-    """Anchors of the pictures by frame."""
 
     @classmethod
-    def read(cls, folder: Path, name: str) -> "Section":
+    def read(cls, folder: Path, name: str) -> "RunSection":
         """Read a run and draw its pictures."""
         run = ReportedRun.read(folder)
         count = PICTURES[run.verdict]
         shown = shown_frames(run.result, run.worst, count, count)
         pictures = birdseye([run.result], name, shown.values(), frame_points(folder, run.result, shown))
-        drawn = [replace(picture, paint=None) for picture in pictures]  # paint refers to the tables
-        return cls(name, replace(run, result=replace(run.result, tables={})), drawn, anchors(drawn))
+        drawn = [picture.drawn() for picture in pictures]
+        return cls(name, replace(run, result=replace(run.result, tables={})), drawn)
+
+    @property
+    def anchors(self) -> dict[int, str]:
+        """Anchors of the pictures by frame."""
+        return {figure.frame: figure.name for figure in self.pictures if figure.frame is not None}
+
+    def order(self) -> tuple[int, int, str, str]:
+        """Return the key for an order with the failed runs first."""
+        return ORDER.index(self.run.verdict), -self.run.known_failures, self.run.family, self.name
 
 
 def find_runs(folder: Path) -> list[Path]:
@@ -65,7 +78,7 @@ def find_runs(folder: Path) -> list[Path]:
     return runs
 
 
-def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
+def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> Document:
     """Return the page of the runs in these folders, the failed ones first.
 
     Raises
@@ -75,22 +88,90 @@ def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
     """
     paths = {folder: folder.resolve() for folder in folders}
     above = os.path.commonpath([path.parent for path in paths.values()]) if paths else ""
-    sections = [Section.read(folder, path.relative_to(above).as_posix()) for folder, path in paths.items()]
-    sections.sort(
-        key=lambda section: (
-            ORDER.index(section.run.verdict),
-            -section.run.known_failures,
-            section.run.family,
-            section.name,
-        )
+    read = [RunSection.read(folder, path.relative_to(above).as_posix()) for folder, path in paths.items()]
+    runs, torn = sorted(read, key=RunSection.order), list(broken)
+    sections = [
+        Section("broken", "Could not be run", [block for one in torn for block in _torn(one)]),
+        Section("all", "All runs", [_all(runs)] if runs else []),
+        Section("known", "Known failures", [_known(runs)] if any(one.run.known_failures for one in runs) else []),
+        Section("runs", "Each run", [PICTURE_LEGEND, *map(_folded, runs)] if runs else [], page_only=True),
+    ]
+    said = _answer(runs, torn)
+    return Document(
+        title="Suite",
+        answer=said,
+        lead=[suite_figure([one.run for one in runs])] if runs else [],
+        sections=[section for section in sections if section.blocks],
+        name=f"{said.verdict}: {len(runs) + len(torn)} runs",
     )
-    return render(
-        "suite.html.j2",
-        sections=sections,
-        broken=list(broken),
-        count=Counter(section.run.verdict for section in sections),
-        known_failures=[
-            (section, check) for section in sections for check in section.run.checks if check.outcome == "known failure"
-        ],
-        headlines=list(SUITE_METRICS.values()),
-    )
+
+
+def _answer(runs: Sequence[RunSection], broken: Sequence[Broken]) -> Answer:
+    count = Counter(one.run.verdict for one in runs)
+    said = f"{count['passed']} of {counted(len(runs) + len(broken), 'run')} passed"
+    said += f", {count['failed']} failed" if count["failed"] else ""
+    said += f", {count['incomplete']} ended early" if count["incomplete"] else ""
+    said += f", {count['no limits']} without limits" if count["no limits"] else ""
+    said += f", {len(broken)} could not be run" if broken else ""
+    known = sum(one.run.known_failures for one in runs)
+    said += f"; known failures: {known}" if known else ""
+    bad = count["failed"] + count["incomplete"] + len(broken)
+    return Answer(said, "failed", "bad") if bad else Answer(said, "passed", "good")
+
+
+def _torn(broken: Broken) -> list[Block]:
+    return [
+        Paragraph((Span(broken.name, "bold"), " ", Span("failed", "bad", badge=True))),
+        Preformatted(broken.message),
+    ]
+
+
+def _badges(run: ReportedRun) -> tuple[Span, ...]:
+    known = run.known_failures
+    return (run_badge(run.verdict), *([Span(" "), Span(f"{known} known", "warn", badge=True)] if known else []))
+
+
+def _all(runs: Sequence[RunSection]) -> Table:
+    """Return a row per run, with its main metrics."""
+    table = Table("")
+    for name in ("run", "family", "verdict"):
+        table.add_column(name)
+    for name in ("hold", *SUITE_METRICS.values(), "simulated"):
+        table.add_column(name, justify="right")
+    for one in runs:
+        run, checks = one.run, one.run.checks
+        held = f"{sum(check.holds for check in checks)}/{len(checks)}"
+        name = Span(one.name, link=f"#{one.name}")
+        duration = f"{run.result.config['duration_s']:.1f} s"
+        table.add_row(name, run.family, _badges(run), held, *run.headlines.values(), duration)
+    return table
+
+
+def _known(runs: Sequence[RunSection]) -> Table:
+    table = Table("", stacked=True)
+    table.add_column("run")
+    table.add_column("metric")
+    table.add_column("value", justify="right")
+    table.add_column("limit")
+    table.add_column("reason of the known failure")
+    for one in runs:
+        for check in one.run.checks:
+            if check.outcome == "known failure":
+                name, reason = Span(one.name, link=f"#{one.name}"), str(check.limit.known_failure)
+                table.add_row(name, check.name, with_unit(check.metric), str(check.limit), reason)
+    return table
+
+
+def _folded(one: RunSection) -> Folded:
+    """Return a run with its expectations and pictures; it is open if it failed."""
+    run, config = one.run, one.run.result.config
+    title = (Span(one.name), Span(" "), *_badges(run), Span(f" {run.answer.sentence}", "dim"))
+    blocks: list[Block] = [
+        Paragraph(config["description"]),
+        *([Paragraph(str(config["reason"]), "dim")] if config.get("reason") else []),
+        *([expectations(run.ranked, run.worst, one.anchors)] if run.checks else []),
+        *one.pictures,
+        Preformatted("\n".join(run.commands)),
+        Paragraph(("Trace hash ", code(run.result.trace_hash)), "dim"),
+    ]
+    return Folded(title, blocks, one.name, opened=run.verdict in ("failed", "incomplete"))

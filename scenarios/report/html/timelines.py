@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
+from luxloop.scenarios.document.figure import Figure, note
+from luxloop.scenarios.document.palette import FAINT, INK, MUTED, PAGE, RED, TEXT_SERIES
 from luxloop.scenarios.grading.worst_frames import vehicle_names
-from luxloop.scenarios.report.html.palette import FAINT, INK, MUTED, PAGE, RED, TEXT_SERIES
-from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,7 +72,7 @@ def timelines(
 
     shown = f"{len(lines)} of {len(seen)} vehicles, those graded the longest"
     caption = f"{shown}. A bar is a graded vehicle; its colour and number show the track that follows it."
-    return draw(name, title, caption, (10.0, 0.9 + 0.22 * max(len(lines), 3)), on, wide=True)
+    return Figure(name, title, caption, (10.0, 0.9 + 0.22 * max(len(lines), 3)), on, wide=True)
 
 
 def periods(vehicle: pd.DataFrame, hidden_fraction_max: float) -> Iterator[Period]:

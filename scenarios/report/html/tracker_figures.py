@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.report.html.palette import TEXT_SERIES
-from luxloop.scenarios.report.html.svg_figure import Figure, draw, note
+from luxloop.scenarios.document.figure import Figure, note
+from luxloop.scenarios.document.palette import TEXT_SERIES
 from luxloop.scenarios.result import Result
 from luxloop.tracker.records import MODELS
 
@@ -53,7 +53,7 @@ def _distribution(name: str, title: str, caption: str, errors: Mapping[str, Floa
             canvas.legend(loc="outside lower center", ncols=1)
         axes.set(xlim=(0, SHOWN_DEG), ylim=(0, 1.01), xlabel=f"|{title.lower()}| [deg]", ylabel="share at or below")
 
-    return draw(name, title, f"{caption} Further left and higher is better.", (5.2, 4.2), on)
+    return Figure(name, title, f"{caption} Further left and higher is better.", (5.2, 4.2), on)
 
 
 def _draw(axes: "Axes", row: int, tracker: str, error: Floats) -> None:

@@ -216,7 +216,8 @@ def test_failure_is_not_a_change_and_change_is_not_a_failure():
     met = replace(first, expectations={"track.hota": Expectation("passed", 0.9, ">= 0.9")})
     missed = replace(first, expectations={"track.hota": Expectation("failed", 0.89, ">= 0.9")})
     comparison = against([met, *others], [missed, *others])
-    assert (comparison.failed, comparison.verdict) == (True, "same")
+    assert (comparison.failed, comparison.verdict) == (True, "worse")
+    assert {change.verdict for change in comparison.changes} == {"same"}
     comparison = against([met, *others], [scaled(run, "hits", 0.9) for run in (met, *others)])
     assert (comparison.failed, comparison.verdict) == (False, "worse")
 

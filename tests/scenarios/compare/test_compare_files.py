@@ -334,13 +334,13 @@ def test_identical_runs_are_identical_also_from_a_baseline(real_runs, tmp_path, 
     code, out, err = run_command(capsys, "compare", tmp_path / "b.jsonl", real_runs / "base")
     assert (code, err) == (0, "")
     assert "1 pairs of runs compared, 1 of them identical (same trace hash)" in out
-    assert "SAME: no metric has changed" in out
+    assert "SAME: HEAD is as good as BASE; no metric is worse" in out
 
 
 def test_newly_failed_expectation_exits_with_1(real_runs, capsys):
     code, out, _ = run_command(capsys, "compare", real_runs / "base", real_runs / "head")
     assert code == 1
-    assert "NEWLY FAILED: 1 expectations" in out
+    assert "1 expectation newly fails" in out
     assert "still failing" in out
     code, out, _ = run_command(capsys, "compare", real_runs / "head", real_runs / "base")
     assert code == 0
@@ -359,7 +359,7 @@ def test_comparison_without_any_value_exits_with_5(tmp_path, capsys):
     run = without_observations(tmp_path / "run")
     code, out, _ = run_command(capsys, "compare", run, run)
     assert code == 5
-    assert "CANNOT TELL: no metric has a value" in out
+    assert "CANNOT TELL: The runs cannot tell whether HEAD is worse: no metric has a value" in out
 
 
 def fits_five_percent_worse(run, base):
@@ -372,8 +372,8 @@ def test_loss_that_few_vehicles_cannot_exclude_exits_with_5_and_a_larger_one_wit
     head, base = fits_five_percent_worse(tmp_path / "head", tmp_path / "base")
     code, out, _ = run_command(capsys, "compare", base, head)
     assert code == 5
-    assert "CANNOT TELL: unclear: fit.heading_abs_mean_deg" in out
-    assert "a loss of 2 % cannot be excluded" in out
+    assert "CANNOT TELL: The runs cannot tell whether HEAD is worse" in out
+    assert "a loss of 2 % is not excluded for fit.heading_abs_mean_deg" in " ".join(out.split())
     assert run_command(capsys, "compare", base, head, "--loss", "100")[0] == 0
     assert run_command(capsys, "compare", base, base)[0] == 0
 

@@ -11,13 +11,12 @@ from support.paths import ROOT
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare import baseline_file
 from luxloop.scenarios.compare.comparison import compare
-from luxloop.scenarios.compare.comparison_markdown import code, markdown, plain
-from luxloop.scenarios.compare.comparison_page import comparison_page
-from luxloop.scenarios.compare.comparison_summary import INTERVALS, number
+from luxloop.scenarios.compare.comparison_document import INTERVALS, comparison_document, number
 from luxloop.scenarios.compare.digest import Expectation, Key
 from luxloop.scenarios.compare.run_pairs import pair
 from luxloop.scenarios.compare.sides import Side
 from luxloop.scenarios.compare.vehicle_sums import SUMS
+from luxloop.scenarios.document import html, markdown
 
 CATALOG = ROOT / "scenarios" / "baseline" / "catalog.jsonl"
 HOSTILE = "a|b`c_<script>alert(1)</script>"
@@ -53,7 +52,7 @@ def compared(sides):
 @pytest.fixture(scope="module")
 def page(compared, tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "comparison.html"
-    path.write_text(comparison_page(compared, "base.jsonl", "runs <head>"), encoding="utf-8")
+    path.write_text(html.page(comparison_document(compared, "base.jsonl", "runs <head>")), encoding="utf-8")
     return path
 
 
@@ -68,16 +67,11 @@ def test_page_at_1280_pixels_shows_everything_without_scrolling(chromium, page):
         assert browser.cut_off(shown) == []
         assert shown.evaluate("document.documentElement.scrollWidth") == 1280
         assert shown.locator("h1 .badge").inner_text() == "worse"
-        assert (
-            shown.locator("header")
-            .inner_text()
-            .count("HEAD is worse than BASE: 1 run newly incomplete, 1 expectation newly failed, 1 metric worse")
-            == 1
-        )
+        assert shown.locator("header").inner_text().count("1 expectation newly fails, 1 run newly ends early") == 1
         headings = shown.locator("#summary h3").all_inner_texts()
         assert headings == ["Newly incomplete", "Newly failed", "Worse", "Better"]
         assert shown.locator("script").count() == 0
-        assert HOSTILE in shown.locator("#runs").inner_text()
+        assert HOSTILE in shown.locator("#pairs").inner_text()
         assert INTERVALS in shown.locator("#metrics").inner_text()
         assert shown.recorded == []
 
@@ -92,18 +86,17 @@ def test_page_has_the_numbers_of_the_comparison(compared, page):
     fit = next(change for change in compared.changes if change.metric.name == "fit.heading_abs_mean_deg")
     assert fit.numbers.head == pytest.approx(1.05 * fit.numbers.base)
     cells = (number(fit.numbers.base), number(fit.numbers.head), number(fit.numbers.difference, "+"))
-    assert re.search(
-        "fit.heading_abs_mean_deg</th>" + "".join(f'<td class="right">{re.escape(c)}</td>' for c in cells), text
-    )
+    row = "".join(f'<td class="right">{re.escape(cell)}</td>' for cell in cells)
+    assert re.search(f"fit.<wbr>heading_<wbr>abs_<wbr>mean_<wbr>deg</code></th>{row}", text)
     assert "luxloop compare base.jsonl &#39;runs &lt;head&gt;&#39; --loss 2" in text
 
 
 def test_markdown_has_the_verdict_first_then_losses_then_gains_and_folded_tables(compared):
-    text = markdown(compared, "base.jsonl", "runs")
-    order = ["### luxloop compare: worse", "**HEAD is worse than BASE: 1 run newly incomplete", "**Newly incomplete**",
+    text = markdown.markdown(comparison_document(compared, "base.jsonl", "runs"))
+    order = ["### Comparison of two versions: worse", "**HEAD fits headings worse", "**Newly incomplete**",
              "**Newly failed**", "**Worse**", "- `fit.heading_abs_mean_deg`:", "**Better**",
              "- `fit.position_abs_mean_m`:", "<details><summary>Metrics</summary>",
-             INTERVALS.split(":")[0]]  # fmt: skip
+             INTERVALS.split(":")[0].replace("_", "\\_")]  # fmt: skip
     assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
     assert text.count("<details>") == text.count("</details>") >= 3
     assert len(text) < COMMENT_LIMIT / 4
@@ -114,7 +107,7 @@ def test_every_row_of_a_markdown_table_has_as_many_cells_as_its_head(sides):
     failing = {"track.hota": Expectation("failed", 0.1, ">= 0.75")}
     head = [replace(scaled(run, {"fit_heading_deg": 1.05}), expectations=failing) for run in base]
     both = (Side(Path("x"), {run.key: run for run in runs}, []) for runs in (base, head))
-    text = markdown(compare(pair(*both)), "a", "b")
+    text = markdown.markdown(comparison_document(compare(pair(*both)), "a", "b"))
     tables = re.findall(r"(?:^\|.*\|\n)+", text, re.MULTILINE)
     assert len(tables) >= 2
     for table in tables:
@@ -126,9 +119,9 @@ def test_every_row_of_a_markdown_table_has_as_many_cells_as_its_head(sides):
 
 
 def test_markdown_keeps_hostile_names_as_text():
-    assert code("a`b|c") == "`` a`b\\|c ``"
-    assert code("two\nlines") == "`two lines`"
-    assert plain("a_b <= [c](d) @e") == "a\\_b \\<= \\[c\\](d) \\@e"
+    assert markdown.code("a`b|c") == "`` a`b\\|c ``"
+    assert markdown.code("two\nlines") == "`two lines`"
+    assert markdown.plain("a_b <= [c](d) @e") == "a\\_b \\<= \\[c\\](d) \\@e"
 
 
 @pytest.fixture
@@ -163,4 +156,4 @@ def test_report_with_another_ending_is_refused_before_anything_is_written(files,
 def test_json_stays_alone_on_standard_output(files, tmp_path, capsys):
     main(["compare", *files, "--json", "--report", str(tmp_path / "a.md")])
     assert capsys.readouterr().out.count("\n") == 1
-    assert (tmp_path / "a.md").read_text(encoding="utf-8").startswith("### luxloop compare: worse")
+    assert (tmp_path / "a.md").read_text(encoding="utf-8").startswith("### Comparison of two versions: worse")

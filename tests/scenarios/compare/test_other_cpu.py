@@ -46,7 +46,7 @@ def test_run_of_another_instruction_set_is_the_same(two_machines, capsys):
     assert pairs.compared[0].same
     assert len(pairs.compared[0].units()[0]) == 9  # eight vehicles and NO_ACTOR
     assert main(["compare", str(two_machines / "other.jsonl"), str(two_machines / "this")]) == 0
-    assert "SAME: no metric has changed" in capsys.readouterr().out
+    assert "SAME: HEAD is as good as BASE; no metric is worse" in capsys.readouterr().out
 
 
 def test_truth_is_compared_within_tolerances():

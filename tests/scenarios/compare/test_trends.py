@@ -14,8 +14,9 @@ from luxloop.scenarios.compare import baseline_file
 from luxloop.scenarios.compare.sides import Side
 from luxloop.scenarios.compare.trend_figures import small_line
 from luxloop.scenarios.compare.trend_values import KEY_METRICS, labels, trends
-from luxloop.scenarios.compare.trends_page import trends_page
+from luxloop.scenarios.compare.trends_document import trends_document
 from luxloop.scenarios.compare.vehicle_sums import SUMS
+from luxloop.scenarios.document import html
 from luxloop.scenarios.errors import InputError
 
 CATALOG = ROOT / "scenarios" / "baseline" / "catalog.jsonl"
@@ -99,7 +100,7 @@ def test_labels_are_the_shortest_different_ends_of_the_paths():
 
 def test_page_at_1280_pixels_and_on_a_phone(found, tmp_path):
     page = tmp_path / "trends.html"
-    page.write_text(trends_page(found), encoding="utf-8")
+    page.write_text(html.page(trends_document(found)), encoding="utf-8")
     with browser.started() as chromium:
         with browser.opened(chromium, page, viewport={"width": 1280, "height": 900}) as shown:
             assert browser.cut_off(shown) == []
@@ -107,6 +108,7 @@ def test_page_at_1280_pixels_and_on_a_phone(found, tmp_path):
             assert shown.locator("svg.small").count() == len(found.scenarios) * len(KEY_METRICS)
             assert "ring in v3" in shown.locator("#changed").inner_text()
             assert "worse" in shown.locator("#suite table").inner_text()
+            assert "HOTA is unchanged, from 0.780 in v1" in shown.locator("header").inner_text()
             assert shown.recorded == []
         with browser.opened(chromium, page, viewport={"width": 390, "height": 844}) as shown:
             assert shown.evaluate("document.documentElement.scrollWidth") <= 390

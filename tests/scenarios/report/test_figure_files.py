@@ -6,10 +6,11 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.cli import main
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.figure_files import parse_formats, save
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.report.figure_files import FigureFile, parse_formats, save
 from luxloop.scenarios.run import device, run_folder
 
 
@@ -26,7 +27,7 @@ def paint(canvas):
 
 
 def test_formats_are_those_asked_for_and_equal_figures_give_equal_files(tmp_path):
-    figure = FigureFile("a", "A title", (3.0, 2.0), paint)
+    figure = Figure("a", "A title", "", (3.0, 2.0), paint)
     (tmp_path / "again").mkdir()
     paths = save(figure, tmp_path, ["png", "svg", "pdf"])
     assert [path.name for path in paths] == ["a.png", "a.svg", "a.pdf"]

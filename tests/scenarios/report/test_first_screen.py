@@ -140,7 +140,7 @@ def test_a_run_without_limits_neither_passes_nor_fails(tmp_path):
     assert screen()[0] == "NO LIMITS  short, seed 4: nothing in [expect] to pass or fail"
     run_folder.write(tmp_path, short_run.result(), [], "")
     run = ReportedRun.read(tmp_path)
-    assert (run.verdict, run.conclusion) == ("no limits", "nothing in [expect] to pass or fail")
+    assert (run.verdict, run.answer.sentence) == ("no limits", "nothing in [expect] to pass or fail")
 
 
 def test_warnings_of_the_traffic_are_one_line():

@@ -4,15 +4,18 @@ import re
 
 from support import short_run
 
-from luxloop.scenarios.report.html.page_tables import Cell, PageTable, Row
-from luxloop.scenarios.report.html.run_page import tables_of
-from luxloop.scenarios.report.latex import document, escape, latex
+from luxloop.scenarios.document.latex import escape, latex, latex_table
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.report.text import report
 
 
 def test_table_by_hand():
-    head = [Cell("method", False), Cell("mean |e| [deg]", True)]
-    rows = [Row([Cell("best_fit", False), Cell("60 %", True)], "bold"), Row([Cell("[a]", False), Cell("", True)], "")]
-    assert latex(PageTable("A & B", head, rows)).splitlines() == [
+    table = Table("A & B")
+    table.add_column("method")
+    table.add_column("mean |e| [deg]", justify="right")
+    table.add_row("best_fit", "60 %", style="bold")
+    table.add_row("[a]")
+    assert latex_table(table).splitlines() == [
         r"\begin{table}",
         r"\caption{A \& B}",
         r"\begin{tabular}{lr}",
@@ -35,8 +38,8 @@ def test_special_characters():
 
 
 def test_all_tables_of_a_run_have_the_same_number_of_columns_in_every_row():
-    tables = tables_of(short_run.result())
-    text = document(tables, "a run\nof two lines")
+    tables = report(short_run.result(), []).tables
+    text = latex(tables, "a run\nof two lines")
     assert text.startswith("% a run of two lines\n")
     assert text.count(r"\begin{table}") == text.count(r"\end{table}") == len(tables) > 15
     for columns, body in re.findall(r"\\begin\{tabular\}\{([lr]+)\}(.*?)\\end\{tabular\}", text, re.DOTALL):

@@ -10,7 +10,7 @@ from support.contrast import AA_TEXT, contrast, too_low
 from support.paths import EXAMPLES
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.report.html.palette import TEXT_NAMES, TONES
+from luxloop.scenarios.document.palette import TEXT_NAMES, TONES
 from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.study_page import report
 from luxloop.scenarios.study.sweep_runs import Sweep
@@ -195,7 +195,7 @@ def test_layers_can_be_switched_off(chromium, folder):
 
 def test_failed_expectations_lead_to_pictures_of_their_frames(chromium, folder):
     with opened(chromium, folder, "run") as page:
-        rows = page.locator(".expectations tbody tr").filter(has_text="fit.heading_abs_mean_deg")
+        rows = page.locator("#expectations tbody tr").filter(has_text="fit.heading_abs_mean_deg")
         links = rows.locator("a").all()
         assert links
         for link in links:

@@ -8,6 +8,7 @@ from support import short_run
 from support.paths import EXAMPLES
 
 from luxloop.scenarios.cli import main
+from luxloop.scenarios.document import html
 from luxloop.scenarios.grading.worst_frames import WorstFrame
 from luxloop.scenarios.report.html.frame_points import frame_points
 from luxloop.scenarios.report.html.reported_run import ReportedRun, apart
@@ -95,7 +96,7 @@ def test_page_has_both_trackers_side_by_side(folder):
     assert head in page
     for one in runs.values():
         hota.append(f"{one.result.metrics['track.hota'].value:.3f}")
-    row = page[page.index("<th scope=row>track.<wbr>hota</th>") :][:200]
+    row = page[page.index('<th scope="row">track.<wbr>hota</th>') :][:200]
     assert row.index(hota[0]) < row.rindex(hota[1])
     assert "track.missed_share" in page
     assert "class car" in page
@@ -105,7 +106,8 @@ def test_page_has_both_trackers_side_by_side(folder):
 def test_equal_names_are_replaced_by_folders(folder):
     shutil.copytree(folder / "one", folder / "again", dirs_exist_ok=True)
     assert list(read_trackers([folder / "one", folder / "again"])) == ["one", "again"]
-    assert "<strong>again</strong>" in trackers_page(read_trackers([folder / "one", folder / "again"]))
+    shown = html.page(trackers_page(read_trackers([folder / "one", folder / "again"])))
+    assert '<span class="bold">again</span>' in shown
 
 
 def test_runs_of_different_traffic_are_refused(folder, tmp_path, capfd):

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from luxloop.scenarios.document.words import plain
 from luxloop.scenarios.statistics.bounded_mean import mid_p_interval
 from luxloop.scenarios.study.curves import differences, estimates, levels, measured, seed_dots
 from luxloop.scenarios.study.figures import picture
@@ -249,7 +250,7 @@ def test_counts_have_the_share_of_seeds_with_any(study, rows):
     counted.loc[counted["seed"] == 2, "track.id_switches"] = [0.0, 3.0, 0.0, 0.0]
     curve = study.curve[0].model_copy(update={"metric": "track.id_switches", "by": None})
     table = numbers(study, counted, curve)
-    assert [cell.text for cell in table.head] == [
+    assert [column.head for column in table.columns] == [
         "hidden [s]",
         "median",
         "95 %",
@@ -258,7 +259,7 @@ def test_counts_have_the_share_of_seeds_with_any(study, rows):
         "95 %",
         "runs",
     ]
-    first, second = ([cell.text for cell in row.cells] for row in table.rows)
+    first, second = ([plain(cell) for cell in row.cells] for row in table.rows)
     low, high = mid_p_interval(1, 5)
     assert first[1:] == ["0", "0 to 1.5", "0.3", "20%", f"{low:.0%} to {high:.0%}", "10"]
     assert second[1:] == ["0", "0 to 0", "0", "0%", "at most 45%", "10"]
@@ -267,21 +268,23 @@ def test_counts_have_the_share_of_seeds_with_any(study, rows):
 def test_each_point_names_its_runs_and_links_to_the_folders_that_are_kept(study, rows, tmp_path):
     curve = study.curve[0]
     table = point_runs(study, measured(rows), curve, None)
-    assert not any(cell.href for row in table.rows for cell in row.cells)
+    assert not any(span.link for row in table.rows for cell in row.cells for span in cell)
     known = measured(rows)[measured(rows)[curve.metric].notna()]
     lowest = known.sort_values([curve.metric, "index"]).iloc[0]
     (tmp_path / str(lowest["key"])).mkdir()
     linked = [
-        cell.text
+        span.text
         for row in point_runs(study, measured(rows), curve, str(tmp_path)).rows
         for cell in row.cells
-        if cell.href == (tmp_path / str(lowest["key"])).as_uri()
+        for span in cell
+        if span.link == (tmp_path / str(lowest["key"])).as_uri()
     ]
     assert linked[0] == f"{lowest[curve.metric]:.3g} (run {lowest['index']}, seed {lowest['seed']})"
     assert all(
-        cell.href.startswith("s3://bucket/x/")
+        span.link.startswith("s3://bucket/x/")
         for row in point_runs(study, measured(rows), curve, "s3://bucket/x/").rows
         for cell in row.cells[len(curve.keys) :]
+        for span in cell
     )
 
 
@@ -289,6 +292,6 @@ def test_the_runs_of_the_points_are_in_the_order_of_the_study(study, rows):
     curve, known = study.curve[0], measured(rows)
     first = known["manoeuvre"].iloc[0]
     raised = known.assign(**{curve.metric: known[curve.metric] + 100.0 * (known["manoeuvre"] == first)})
-    points = [[cell.text for cell in row.cells[:2]] for row in point_runs(study, raised, curve, None).rows]
-    assert points == [[cell.text for cell in row.cells[:2]] for row in numbers(study, raised, curve).rows]
+    points = [[plain(cell) for cell in row.cells[:2]] for row in point_runs(study, raised, curve, None).rows]
+    assert points == [[plain(cell) for cell in row.cells[:2]] for row in numbers(study, raised, curve).rows]
     assert first in points[0]

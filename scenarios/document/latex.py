@@ -1,8 +1,9 @@
-"""Tables of the printed report as LaTeX, for the package booktabs."""
+"""Tables as LaTeX, for the package booktabs."""
 
 from collections.abc import Iterable
 
-from luxloop.scenarios.report.html.page_tables import Cell, PageTable
+from luxloop.scenarios.document.table import Cell, Table
+from luxloop.scenarios.document.words import Span, Style, plain
 
 ESCAPED = {
     "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
@@ -13,20 +14,20 @@ ESCAPED = {
 row would be taken for an argument."""
 
 
-def document(tables: Iterable[PageTable], about: str) -> str:
+def latex(tables: Iterable[Table], about: str) -> str:
     """Return the tables, each as an environment `table`, after a comment on the run."""
-    parts = [f"% {' '.join(about.split())}", "% \\usepackage{booktabs}", *map(latex, tables)]
+    parts = [f"% {' '.join(about.split())}", "% \\usepackage{booktabs}", *map(latex_table, tables)]
     return "\n\n".join(parts) + "\n"
 
 
-def latex(table: PageTable) -> str:
+def latex_table(table: Table) -> str:
     """Return a table as an environment `table`; bold rows stay bold."""
     lines = [
         r"\begin{table}",
         rf"\caption{{{escape(table.title)}}}",
-        rf"\begin{{tabular}}{{{''.join('r' if cell.right else 'l' for cell in table.head)}}}",
+        rf"\begin{{tabular}}{{{''.join('r' if column.right else 'l' for column in table.columns)}}}",
         r"\toprule",
-        _row(table.head, ""),
+        _row([(Span(column.head),) for column in table.columns], ""),
         r"\midrule",
         *(_row(row.cells, row.style) for row in table.rows),
         r"\bottomrule",
@@ -41,6 +42,6 @@ def escape(text: str) -> str:
     return "".join(ESCAPED.get(letter, letter) for letter in " ".join(text.split()))
 
 
-def _row(cells: Iterable[Cell], style: str) -> str:
-    texts = (escape(cell.text) for cell in cells)
+def _row(cells: Iterable[Cell], style: Style) -> str:
+    texts = (escape(plain(cell)) for cell in cells)
     return " & ".join(rf"\textbf{{{text}}}" if text and style == "bold" else text for text in texts) + r" \\"

@@ -1,15 +1,15 @@
 """Figures as files: PNG for a look, SVG and PDF for papers."""
 
 import textwrap
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import PAGE
 from luxloop.scenarios.errors import InputError, OutputError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.report.html.palette import PAGE
-from luxloop.scenarios.report.html.svg_figure import STYLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -23,17 +23,6 @@ FORMATS: dict[str, dict[str, Any]] = {
 PIXELS_PER_INCH = 110
 LETTERS_PER_INCH = 11
 """Line length of the title, per inch of figure width."""
-
-
-class FigureFile(NamedTuple):
-    """A figure to be written."""
-
-    name: str
-    """File name without suffix."""
-    title: str
-    size_in: tuple[float, float]
-    paint: "Callable[[Canvas], None]"
-    """Draws the figure on a canvas."""
 
 
 def parse_formats(text: str | None) -> list[str]:
@@ -85,7 +74,7 @@ def beside(folder: Path) -> Iterator[None]:
         raise
 
 
-def save(figure: FigureFile, folder: Path, formats: Iterable[str]) -> list[Path]:
+def save(figure: Figure, folder: Path, formats: Iterable[str]) -> list[Path]:
     """Write a figure in each of these formats.
 
     Raises
@@ -93,13 +82,8 @@ def save(figure: FigureFile, folder: Path, formats: Iterable[str]) -> list[Path]
     OutputError
         The folder cannot be written.
     """
-    import matplotlib
-    from matplotlib.figure import Figure as Canvas
-
     paths = [folder / f"{figure.name}.{name}" for name in formats]
-    with matplotlib.rc_context({**STYLE, "svg.hashsalt": figure.name, "pdf.fonttype": 42}):
-        canvas = Canvas(figsize=figure.size_in, layout="constrained", facecolor=PAGE)
-        figure.paint(canvas)
+    with figure.canvas(PAGE) as canvas:
         heading = textwrap.fill(figure.title, int(LETTERS_PER_INCH * figure.size_in[0]))
         canvas.suptitle(heading, x=0.01, ha="left", fontsize=10)
         for path in paths:

@@ -1,14 +1,17 @@
-"""Figures as SVG embedded in a page, with the page's colours and font."""
+"""Figures of documents: SVG in a page, with the page's colours and font, and files for papers."""
 
 import io
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
-from luxloop.scenarios.report.html import palette
+from luxloop.scenarios.document import palette
+from luxloop.scenarios.document.axis_labels import separate_labels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,63 +40,55 @@ STYLE: dict[Any, Any] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Figure:
-    """A figure of a page."""
+    """A figure, for pages as SVG and for files."""
 
     name: str
-    """Anchor in the page."""
+    """Anchor in the page, and the name of a file without its suffix; unique in both."""
     title: str
     caption: str
-    """Description of the contents, and reading instructions."""
-    svg: Markup
+    """Description of the contents, and reading instructions; with the title, the text for screen readers."""
+    size_in: tuple[float, float]
+    """Width and height [inch], at 72 pixels per inch."""
+    paint: "Callable[[Canvas], None]"
+    """Draws on an empty canvas."""
     wide: bool = False
     """True if the figure takes the page's whole width; on a narrow screen it scrolls in its box."""
-    size_in: tuple[float, float] = (0.0, 0.0)
-    """Width and height [inch]."""
     frame: int | None = None
     """Number of the frame of a bird's-eye picture."""
-    paint: "Callable[[Canvas], None] | None" = None
-    """Draws the figure again, for a file; None where its data are no longer needed."""
 
-
-def draw(
-    name: str,
-    title: str,
-    caption: str,
-    size_in: tuple[float, float],
-    on: "Callable[[Canvas], None]",
-    wide: bool = False,
-    frame: int | None = None,
-) -> Figure:
-    """Draw a figure.
-
-    Parameters
-    ----------
-    name
-        Anchor, unique in the page.
-    title, caption
-        Text above the figure, and its alternative text for screen readers.
-    size_in
-        Width and height [inch], at 72 pixels per inch.
-    on
-        Draws on an empty canvas.
-    wide, frame
-        See `Figure`.
-    """
-    import matplotlib
-    from matplotlib.figure import Figure as Canvas
-
-    with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):
-        canvas = Canvas(figsize=size_in, layout="constrained", facecolor="none")
-        on(canvas)
-        for axes in canvas.axes:
-            axes.set_facecolor("none")
+    @cached_property
+    def svg(self) -> Markup:
+        """The figure as a part of a page."""
         text = io.StringIO()
-        canvas.savefig(text, format="svg", metadata={"Date": None})
-    return Figure(
-        name, title, caption, _embed(text.getvalue(), f"{title}. {caption}", size_in), wide, size_in, frame, on
-    )
+        with self.canvas("none") as canvas:
+            for axes in canvas.axes:
+                axes.set_facecolor("none")
+            canvas.savefig(text, format="svg", metadata={"Date": None})
+        return _embed(text.getvalue(), f"{self.title}. {self.caption}", self.size_in)
+
+    @contextmanager
+    def canvas(self, background: str) -> "Iterator[Canvas]":
+        """Yield the painted canvas, on which no two labels of an axis overlap; write it inside of the context."""
+        import matplotlib
+        from matplotlib.figure import Figure as Canvas
+
+        with matplotlib.rc_context({**STYLE, "svg.hashsalt": self.name, "pdf.fonttype": 42}):
+            canvas = Canvas(figsize=self.size_in, layout="constrained", facecolor=background)
+            self.paint(canvas)
+            separate_labels(canvas)
+            yield canvas
+
+    def drawn(self) -> "Figure":
+        """Return the figure with its SVG, without the data that it is painted from."""
+        svg, found = self.svg, replace(self, paint=_blank)
+        found.__dict__["svg"] = svg  # the cached property
+        return found
+
+
+def _blank(canvas: "Canvas") -> None:
+    """Draw nothing."""
 
 
 def note(axes: "Axes", text: str) -> None:

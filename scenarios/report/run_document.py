@@ -1,0 +1,223 @@
+"""Run as a document: the printed report, and with figures its page."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from luxloop.scenarios.document.document import (
+    Block,
+    Document,
+    Facts,
+    Folded,
+    Legend,
+    Paragraph,
+    Player,
+    Preformatted,
+    Section,
+)
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.words import Span, Words, code
+from luxloop.scenarios.files.expect import Check
+from luxloop.scenarios.metrics.definitions import find_metric, is_metric
+from luxloop.scenarios.report import emergence_rows, fit_tables, own_rows, paper_tables, tables, track_tables
+from luxloop.scenarios.report.cells import interval_of, with_unit
+from luxloop.scenarios.report.file_document import file_document
+from luxloop.scenarios.report.html.reported_run import ReportedRun
+from luxloop.scenarios.report.run_answer import answer, badge
+from luxloop.scenarios.report.truth_event_line import truth_events
+from luxloop.scenarios.report.vulnerable_table import vulnerable
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run.device import SHIPPED
+
+STAGES = (
+    "segmentation.",
+    "mma.gain",
+    "mma.mode",
+    "mma.stationary_acc",
+    "mma.switch",
+)
+"""Prefixes of the metrics of the tracker's stages that no other table shows."""
+PICTURE_LEGEND = Legend(
+    (
+        ("swatch ego", "ego, heading up"),
+        ("swatch truth", "true box with the vehicle's name; dashed if not graded"),
+        ("swatch track", "track with its id, its heading as a line at its front; dashed if coasting"),
+        ("swatch false", "false track"),
+        ("swatch fit", "fitted rectangle; the fit heading is along its side"),
+        ("dot clean", "point on an actor"),
+        ("dot ground", "background point"),
+        ("dot noise", "noise"),
+        ("swatch place", "position of the error"),
+    )
+)
+"""Marks of bird's-eye pictures."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunFigures:
+    """Figures of a run by section of its page; none for the printed report."""
+
+    pictures: Sequence[Figure] = ()
+    """Bird's-eye pictures, the worst frame first."""
+    player: Player | None = None
+    fits: Sequence[Figure] = ()
+    tracks: Sequence[Figure] = ()
+    models: Sequence[Figure] = ()
+
+    @property
+    def anchors(self) -> dict[int, str]:
+        """Anchors of the pictures by the number of their frame."""
+        return {figure.frame: figure.name for figure in self.pictures if figure.frame is not None}
+
+
+NO_FIGURES = RunFigures()
+
+
+def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document:
+    """Return a run as a document."""
+    result = run.result
+    if "files" in result.config:
+        return file_document(result, figures.tracks)
+    first = [*figures.pictures, *figures.tracks][:1]
+    more = [figure for figure in figures.pictures if figure not in first]
+    sections = [
+        Section("expectations", "Expectations", [expectations(run.ranked, run.worst, figures.anchors)]),
+        Section("worst", "Worst frames", [PICTURE_LEGEND, *more] if figures.pictures else [], page_only=True),
+        Section("frames", "Frame by frame", [figures.player] if figures.player else [], page_only=True),
+        Section("fits", "Fits of single frames", [*figures.fits, *_fits(result)]),
+        Section("tracks", "Tracks", [*(one for one in figures.tracks if one not in first), *_tracks(result)]),
+        Section("bands", "Tracks by range, class and view", track_tables.by_band(result), page_only=True),
+        Section("models", "Motion models", [*figures.models, *_models(result)]),
+        Section("stages", "All stages", _stages(result)),
+        Section("again", "Reproduce", _again(run) if figures is not NO_FIGURES else [], page_only=True),
+    ]
+    return Document(
+        title=result.scenario,
+        answer=answer(result, run.checks),
+        lead=[*header(result), *first, Facts(run.headlines, large=True)],
+        sections=[section for section in sections if _shown(section)],
+        name=f"{result.scenario}: {run.verdict}",
+    )
+
+
+def _shown(section: Section) -> bool:
+    return any(not isinstance(block, Table) or block.rows for block in section.blocks)
+
+
+def header(result: Result) -> list[Block]:
+    """Return description, seed, trace hash, a chosen ego, any device but the shipped tracker, and warnings."""
+    device, ego = result.config["device"], result.config.get("ego", "")
+    selector = result.config.get("traffic", {}).get("ego")  # recordings have no traffic
+    chosen = isinstance(selector, str) and selector not in (ego, f"vehicle:{ego}")
+    said = f"seed {result.seed}, {result.frames} frames, trace {result.trace_hash}"
+    said += f'\nego "{ego}", chosen by ego = "{selector}"' if ego and chosen else ""
+    said += "" if device == SHIPPED else f"\ndevice {device}"
+    return [
+        Paragraph((Span(result.scenario, "bold"), f": {result.config['description']}")),
+        *([Paragraph(str(result.config["reason"]), "dim")] if result.config.get("reason") else []),
+        Paragraph(said, "dim"),
+        *truth_events(result),
+    ]
+
+
+def expectations(
+    checks: Sequence[Check], worst: Mapping[str, Sequence[Any]] | None = None, anchors: Mapping[int, str] | None = None
+) -> Table:
+    """Return the limits of the scenario with values, outcomes, needs, causes, and the worst frames of broken ones.
+
+    Parameters
+    ----------
+    worst
+        Worst frames by the name of the metric.
+    anchors
+        Anchors of pictures by frame.
+    """
+    table = Table("Expectations", stacked=True)
+    table.add_column("metric", no_wrap=True)
+    for name in ("limit", "value", "95 %"):
+        table.add_column(name, no_wrap=True)
+    table.add_column("", no_wrap=True)
+    table.add_column("", style="dim")
+    for check in checks:
+        meaning = find_metric(check.name).meaning if is_metric(check.name) else ""
+        table.add_row(
+            Span(check.name, note=meaning),
+            str(check.limit),
+            with_unit(check.metric),
+            interval_of(check.metric),
+            badge(check.outcome),
+            _why(check, (worst or {}).get(check.name, ()), anchors or {}),
+        )
+    return table
+
+
+def _why(check: Check, worst: Sequence[Any], anchors: Mapping[int, str]) -> Words:
+    """Return need or cause, and the worst frames with links to their pictures."""
+    lines: list[Span] = [Span(check.why)] if check.why else []
+    if check.known and check.limit.need:
+        lines.insert(0, Span(f"Need: {check.limit.need}"))
+    lines += [Span(str(frame), link=f"#{anchors[frame.frame]}" if frame.frame in anchors else "") for frame in worst]
+    return tuple(part for number, line in enumerate(lines) for part in ([Span("\n")] if number else []) + [line])
+
+
+def _fits(result: Result) -> list[Table]:
+    """Return the paper's tables I to III, and those of the fits."""
+    return [
+        paper_tables.dataset(result),
+        paper_tables.heading_error(result),
+        paper_tables.heading_distribution(result),
+        paper_tables.heading_by_view(result),
+        fit_tables.heading_by_band(result),
+        fit_tables.selection(result),
+        fit_tables.corner_and_extents(result),
+    ]
+
+
+def _models(result: Result) -> list[Table]:
+    """Return the paper's table IV, and the tables of modes, predictions and consistency."""
+    makers = (paper_tables.position_error, tables.modes, tables.predictions, tables.consistency)
+    return [make(result) for make in makers]
+
+
+def _tracks(result: Result) -> list[Table]:
+    """Return the tables of the tracks over the whole run."""
+    return [*track_tables.tracking(result), *vulnerable(result)]
+
+
+def _stages(result: Result) -> list[Block]:
+    """Return the tables of the other stages, speed, and the limits of grading."""
+    return [
+        *emergence_rows.emergence(result),
+        *own_rows.own_metrics(result),
+        tables.metric_list("Stages of the tracker", result, STAGES),
+        tables.outliers(result),
+        *([tables.control(result)] if result.config["control"] else []),
+        tables.speed(result),
+        grading_limits(result.config["grading"]),
+    ]
+
+
+def grading_limits(grading: Mapping[str, Any]) -> Paragraph:
+    """Return the limits of grading, which the metrics depend on."""
+    numbers = {name: value for name, value in grading.items() if not isinstance(value, str)}
+    return Paragraph("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in numbers.items()), "dim")
+
+
+def _again(run: ReportedRun) -> list[Block]:
+    """Return the commands that repeat the run, and all that it depends on."""
+    result = run.result
+    facts: dict[str, Words] = {
+        "seed": str(result.seed),
+        "frames": str(result.frames),
+        "trace hash": code(result.trace_hash),
+        "device": code(result.config["device"]),
+        **result.versions,
+    }
+    config = json.dumps(result.config, indent=2, ensure_ascii=False)
+    return [
+        Preformatted("\n".join(run.commands)),
+        Facts(facts),
+        Folded("Effective configuration", [Preformatted(config)]),
+    ]
