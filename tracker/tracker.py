@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,6 +60,15 @@ def track_config(config: TrackerConfig) -> TrackConfig:
     return TrackConfig(config.filters, config.corner, config.confirmation, config.existence)
 
 
+class TrackerStages(NamedTuple):
+    """Stages of a tracker, as `Tracker` receives them."""
+
+    detector: BoxDetector
+    associator: Associator
+    model_selection: ModelSelection
+    track_management: TrackManagement
+
+
 class Tracker:
     """Tracks the vehicles around the ego through a sequence of scans.
 
@@ -94,6 +104,15 @@ class Tracker:
         self._small = SmallObjects()
         self._tracks = empty(config.filters.models)
         self._time: float | None = None
+
+    @property
+    def stages(self) -> TrackerStages:
+        """Stages; oracles set others before the first scan."""
+        return TrackerStages(self._detector, self._associator, self._selection, self._management)
+
+    @stages.setter
+    def stages(self, stages: TrackerStages) -> None:
+        self._detector, self._associator, self._selection, self._management = stages
 
     def step(self, scan: Scan) -> tuple[Tracks, StepTrace]:
         """Process one scan; return the living and the just terminated tracks, and all intermediate results.

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import AsJson, Duration, Quiet, ScenarioName, Seed, finite, overrides
+from luxloop.scenarios.commands.arguments import AsJson, Duration, Quiet, ScenarioName, Seed, Tracker, finite, overrides
 from luxloop.scenarios.commands.error_messages import print_early_end
 from luxloop.scenarios.exit_codes import ExitCode
 
@@ -95,8 +95,14 @@ def trends(
     print(f"The page is {out}")
 
 
-def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, as_json: AsJson = False) -> None:
-    """Measure the error that each stage of the shipped tracker causes, by replacing it with the ground truth."""
+def blame(
+    scenario: ScenarioName,
+    seed: Seed = None,
+    duration: Duration = None,
+    tracker: Tracker = None,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the error that each stage of a tracker causes, by replacing it with the ground truth."""
     import json
 
     from luxloop.scenarios.compare.stage_costs import stage_costs
@@ -105,8 +111,10 @@ def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, 
     from luxloop.scenarios.oracle.stage_blame import document, find_out
     from luxloop.scenarios.report import text
     from luxloop.scenarios.report.blame_tables import blame_report
+    from luxloop.scenarios.run import device
 
-    found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)))
+    make_tracker = device.factory_of(tracker)
+    found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)), make_tracker)
     costs = stage_costs(found)
     if as_json:
         print(json.dumps(document(found, costs), allow_nan=False))

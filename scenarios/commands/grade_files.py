@@ -54,6 +54,7 @@ def grade_files(
     limits = _limits(given)
     from luxloop.scenarios.exchange import graded_boxes, graded_fits
     from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.file_document import file_document
 
     known = _format("--truth-format", formats[0], truth)
     names = tuple(classes.split(",")) if classes is not None else ()
@@ -61,7 +62,7 @@ def grade_files(
     if tracks:
         both = (known, _format("--tracks-format", formats[1], tracks))
         graded = graded_boxes.GradedBoxes.of(truth, tracks, both, names, limits)
-        document, printed = graded_boxes.document(graded), [graded_boxes.report(graded)]
+        document, printed = graded_boxes.document(graded), [file_document(graded.result)]
     if fits:
         of_fits = graded_fits.GradedFits.of(truth, fits, known, names, limits)
         document |= {"truth": str(truth), "fits": graded_fits.document(of_fits)}

@@ -31,7 +31,11 @@ def league(
         float, typer.Option(min=0.1, callback=finite, help="Simulated seconds of each run at most.")
     ] = DURATION_S,
     trackers: Annotated[
-        str | None, typer.Option(metavar="NAME,...", help="Some of the trackers; the shipped one always takes part.")
+        list[str] | None,
+        typer.Option(
+            metavar="NAME,...",
+            help="Some of the trackers, and your own as FILE.py:NAME, MODULE:NAME or process:COMMAND; may be repeated.",
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of scans, runs and page.")] = Path("league"),
     workers: Workers = None,
@@ -51,11 +55,11 @@ def league(
     from luxloop.scenarios.league.standings import standings
     from luxloop.scenarios.report import text
 
-    wanted = [] if trackers is None else trackers.split(",")
+    wanted = [spec for text in trackers or [] for spec in _specs(text)]
     trackers_chosen = chosen(wanted)
     for extra in filter(None, dict.fromkeys(each.extra for each in trackers_chosen)):
         require("league", extra)
-    entrants = tuple(each.name for each in trackers_chosen)
+    entrants = tuple(each.spec for each in trackers_chosen)
     request = Request(tuple(scenarios or SCENARIOS), _seeds(seeds), duration, entrants)
     todo = drives(request.scenarios, request.seeds, duration, wanted, out)
     refuse_other_files(out)
@@ -68,6 +72,11 @@ def league(
         text.show(document)
         print(f"The page is {out / league_page.PAGE}, a row per run in {out / league_page.TABLE}")
     raise typer.Exit(1 if any(row["status"] != "finished" for row in rows) else 0)
+
+
+def _specs(text: str) -> list[str]:
+    """Return the trackers of "NAME,FILE.py:NAME"; a command may contain commas."""
+    return [text] if text.startswith("process:") else text.split(",")
 
 
 def _seeds(text: str) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.compare.vehicle_sums import COLUMNS
+from luxloop.scenarios.compare.vehicle_sums import COLUMNS, FURTHER
 from luxloop.scenarios.grading import score_sums
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
 from luxloop.scenarios.metrics.definition import Better, Relevance
@@ -92,6 +92,12 @@ def _mean(name: str, relevance: Relevance, part: str, whole: str) -> ComparedMet
     return ComparedMetric(name, relevance, (whole,), (part,))
 
 
+def _further(name: str) -> ComparedMetric:
+    relevance = find_metric(name).definition.compared
+    assert relevance is not None
+    return _mean(name, relevance, f"{name} part", f"{name} whole")
+
+
 COMPARED_METRICS = (
     ComparedMetric("track.hota", SHARE, ("observations", "reported")),
     ComparedMetric("track.idf1", SHARE, ("observations", "reported"), ("identified", "identified")),
@@ -115,5 +121,6 @@ COMPARED_METRICS = (
     _mean("segmentation.over_rate", SHARE, "split", "segmented"),
     _mean("segmentation.under_rate", SHARE, "merged", "segments"),
     _mean("segmentation.missed_rate", SHARE, "in_no_segment", "segmented"),
+    *map(_further, FURTHER),
 )
-"""Main metrics of each stage; unit, direction and range are those of their definitions."""
+"""Main metrics of each stage, and those that their definitions add; unit, direction and range are theirs."""

@@ -14,8 +14,11 @@ from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.grading.score_sums import hota_sums
 from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
-from luxloop.scenarios.metrics.definitions import find_metric
+from luxloop.scenarios.metrics.definitions import DEFINITIONS, find_metric
 from luxloop.sensor_model.truth import NO_ACTOR
+
+FURTHER = tuple(definition.name for definition in DEFINITIONS.values() if definition.compared)
+"""Metrics that comparisons test because their definitions say so; the sums of each are its value and its weight."""
 
 SUMS = (
     *("observations", "reported", "hits", "switches", "identified"),
@@ -24,6 +27,7 @@ SUMS = (
     *("standing", "standing_x_m", "standing_y_m", "right_mode"),
     *("segmented", "split", "in_no_segment", "segments", "merged"),
     *("occlusions", "survived"),
+    *(f"{name} {sum_of}" for name in FURTHER for sum_of in ("part", "whole")),
 )
 """Names of the sums over a vehicle's frames: counts, and absolute errors in the unit at the end of the name."""
 
@@ -74,7 +78,7 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
     rows = VehicleRows.of(truth)
     tracking, matches = _tracking(rows, run)
     sums = dict(tracking)
-    for name, (part, whole) in OF_METRICS.items():
+    for name, (part, whole) in {**OF_METRICS, **{name: (f"{name} part", f"{name} whole") for name in FURTHER}}.items():
         selection = find_metric(name)
         observations = run.of_kind(selection.definition.kind)
         counted = figures.counted(selection, observations)

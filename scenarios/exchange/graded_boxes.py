@@ -1,39 +1,31 @@
-"""Grading of a file of tracks against a file of true boxes, as a table and as JSON."""
+"""Grading of a file of tracks against a file of true boxes: a result like that of a run, and its JSON document."""
 
+import hashlib
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from rich.console import Group, RenderableType
-from rich.padding import Padding
-from rich.text import Text
-
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.exchange.box_grading import grade
-from luxloop.scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES, Definition
 from luxloop.scenarios.exchange.box_table import BoxTable
 from luxloop.scenarios.exchange.file_formats import read
+from luxloop.scenarios.exchange.file_tables import tables_of
 from luxloop.scenarios.exchange.paired_frames import (
     BoxLimits,
     FramePairs,
     about_the_ego,
     in_common_axes,
-    leave_out,
     of_classes,
     pair_frames,
     require_common_frames,
 )
-from luxloop.scenarios.report.cells import counted, table_of, value_of
-from luxloop.scenarios.result import Metric
+from luxloop.scenarios.grading.figures import Figures
+from luxloop.scenarios.grading.observations import RunObservations
+from luxloop.scenarios.metrics import of_files
+from luxloop.scenarios.metrics.definition import filtered
+from luxloop.scenarios.report.file_document import BANDED, bands
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import versions
 from luxloop.scenarios.run.run_folder import metric_document
-
-TABLES = {
-    "Tracking": SCORES,
-    "GOSPA": GOSPA,
-    "Averages over recalls, as nuScenes": AVERAGES,
-    "Errors of pairs": ERRORS,
-}
-"""Titles of the printed tables and their metrics."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,9 +36,7 @@ class GradedBoxes:
     limits: BoxLimits
     classes: tuple[str, ...]
     """Classes that were graded; empty for all."""
-    metrics: dict[str, Metric]
-    unknown_classes: tuple[str, ...] = ()
-    """Classes of the tracks that the truth does not have, such as misspelt ones."""
+    result: Result
 
     @classmethod
     def of(
@@ -68,75 +58,106 @@ class GradedBoxes:
         if limits.range_max_m is not None:
             found = [about_the_ego(of_file) for of_file in found]
         tables = in_common_axes(found[0], found[1])
-        unknown = _unknown_classes(*tables)
+        warnings = _warnings(*tables, bool(classes))
         if classes:
             tables = of_classes(*tables, list(classes))
         pairs = pair_frames(*tables)
         require_common_frames(pairs)
-        pairs = leave_out(pairs, limits)
-        return cls(pairs, limits, classes, grade(pairs, limits), unknown)
+        return cls(pairs, limits, classes, _result(pairs, limits, classes, warnings))
 
     @property
-    def warnings(self) -> list[str]:
-        """What the numbers do not show."""
-        left_out = "left out" if self.classes else "left out of AMOTA and AMOTP"
-        names = ", ".join(self.unknown_classes)[:300]
-        return [f"the truth has no class {names}: tracks of it are {left_out}"] if names else []
+    def true_boxes(self) -> int:
+        """Number of graded true boxes."""
+        return len(self.result.metrics.run.vehicle)
+
+    @property
+    def track_boxes(self) -> int:
+        """Number of graded boxes of tracks."""
+        return len(self.result.metrics.run.clear.tracks)
 
 
 def document(graded: GradedBoxes) -> dict[str, Any]:
     """Return a grading as JSON."""
-    pairs = graded.pairs
+    metrics = graded.result.metrics
+    by_band = {filtered(name, **band): metrics.where(name, **band) for band in bands(graded.result) for name in BANDED}
     return {
-        "truth": str(pairs.truth.source),
-        "tracks": str(pairs.tracks.source),
-        "frames": pairs.frames,
-        "true_boxes": len(pairs.truth),
-        "track_boxes": len(pairs.tracks),
+        "truth": str(graded.pairs.truth.source),
+        "tracks": str(graded.pairs.tracks.source),
+        "frames": graded.result.frames,
+        "true_boxes": graded.true_boxes,
+        "track_boxes": graded.track_boxes,
         "limits": asdict(graded.limits),
         "classes": list(graded.classes),
-        "warnings": graded.warnings,
-        "metrics": {name: metric_document(metric) for name, metric in graded.metrics.items()},
+        "warnings": list(graded.result.warnings),
+        "metrics": {name: metric_document(metric) for name, metric in {**metrics, **by_band}.items()},
     }
 
 
-def report(graded: GradedBoxes) -> Group:
-    """Return the printed grading."""
-    sections: list[RenderableType] = [
-        _header(graded),
-        *(Text(f"Warning: {warning}", style="yellow") for warning in graded.warnings),
-        *(_table(title, definitions, graded) for title, definitions in TABLES.items()),
-        _limits(graded.limits),
-    ]
-    return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
-
-
-def _header(graded: GradedBoxes) -> Text:
-    pairs = graded.pairs
-    of = f", classes {', '.join(graded.classes)}" if graded.classes else ""
-    return Text(
-        f"{pairs.tracks.source} against {pairs.truth.source}\n"
-        f"{counted(pairs.frames, 'frame')}, {counted(len(pairs.truth), 'true box', 'true boxes')}, "
-        f"{counted(len(pairs.tracks), 'box', 'boxes')} of tracks{of}"
+def _result(pairs: FramePairs, limits: BoxLimits, classes: tuple[str, ...], warnings: tuple[str, ...]) -> Result:
+    """Return the result of a grading; it is the drive of the truth, by the tracks as the device."""
+    missing, tables = _missing(pairs), tables_of(pairs, limits)
+    run = RunObservations(tables, limits.grading, pairs.frames)
+    truth, tracks = pairs.truth.source, pairs.tracks.source
+    return Result(
+        scenario=truth.name,
+        seed=0,
+        trace_hash=_hash(pairs),
+        ended_early="",
+        simulator_failed=False,
+        frames=pairs.frames,
+        metrics=Figures(run, {}, of_files.why_not(missing), of_files.NAMES),
+        tables=tables,
+        config={
+            "description": f"Tracks of {tracks} against true boxes of {truth}.",
+            "reason": "",
+            "files": {"truth": str(truth), "limits": asdict(limits), "classes": list(classes), "missing": missing},
+            "grading": asdict(limits.grading),
+            "expect": {},
+            "control": None,
+            "device": str(tracks),
+        },
+        versions=versions.installed(),
+        warnings=warnings,
     )
 
 
-def _unknown_classes(truth: BoxTable, tracks: BoxTable) -> tuple[str, ...]:
-    """Return the classes of tracks that the truth does not have; none if a file has no classes."""
+def _missing(pairs: FramePairs) -> dict[str, str]:
+    """Return the reasons of metrics and filters that need more than the files have."""
+    both, truth, tracks = (pairs.truth, pairs.tracks), (pairs.truth,), (pairs.tracks,)
+    needed: dict[str, tuple[str, str, Iterable[BoxTable]]] = {
+        "motion": ("velocity", "velocities", truth),
+        "velocity": ("velocity", "velocities", both),
+        "height": ("height_m", "heights", both),
+        "score": ("score", "scores", tracks),
+        "time": ("time_s", "times", both),
+        "points": ("points", "numbers of points", truth),
+        "class": ("kind", "classes", truth),
+    }
+    found: dict[str, str] = {}
+    for name, (column, what, tables) in needed.items():
+        for table in tables:
+            if getattr(table, column) is None:
+                found.setdefault(name, f"{table.source.name} has no {what}")
+    found["view"] = "visible sides are not known in files of boxes"
+    return found if pairs.about_ego else {**found, "range": "the positions are not about the ego"}
+
+
+def _warnings(truth: BoxTable, tracks: BoxTable, some_classes: bool) -> tuple[str, ...]:
+    """Return what the numbers do not show: classes of tracks that the truth does not have, such as misspelt ones."""
     if truth.kind is None or tracks.kind is None:
         return ()
-    return tuple(sorted(set(tracks.kind.tolist()) - set(truth.kind.tolist())))
+    unknown = ", ".join(sorted(set(tracks.kind.tolist()) - set(truth.kind.tolist())))[:300]
+    left_out = "left out" if some_classes else "left out of AMOTA and AMOTP"
+    return (f"the truth has no class {unknown}: tracks of it are {left_out}",) if unknown else ()
 
 
-def _table(title: str, definitions: tuple[Definition, ...], graded: GradedBoxes) -> Table:
-    table = table_of(title, "metric", "value", "n")
-    table.add_column("", style="dim")
-    for name in (definition.name for definition in definitions):
-        metric = graded.metrics[name]
-        table.add_row(name, value_of(metric), str(metric.n), metric.reason or DEFINITIONS[name].meaning)
-    return table
-
-
-def _limits(limits: BoxLimits) -> Text:
-    given = {name: value for name, value in asdict(limits).items() if value is not None}
-    return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in given.items()), style="dim")
+def _hash(pairs: FramePairs) -> str:
+    """Return the hash of the boxes of both files."""
+    digest = hashlib.blake2b(digest_size=16)
+    for table, frame, number in (
+        (pairs.truth, pairs.truth_frame, pairs.truth_id),
+        (pairs.tracks, pairs.track_frame, pairs.track_id),
+    ):
+        for column in (table.boxes, frame, number):
+            digest.update(column.tobytes())
+    return digest.hexdigest()

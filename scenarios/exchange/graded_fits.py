@@ -1,16 +1,16 @@
-"""Grading of a file of fitted rectangles against true boxes, with the definitions of `fit.*` of runs."""
+"""Grading of a file of fitted rectangles against true boxes, by the metrics `fit.*` of runs."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.text import Text
+import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Ints
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.document.document import Answer, Document, Paragraph, Section
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.exchange import tabular_boxes
+from luxloop.scenarios.exchange import file_tables, tabular_boxes
 from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable, Texts
 from luxloop.scenarios.exchange.file_formats import read, recognise
 from luxloop.scenarios.exchange.paired_frames import (
@@ -23,19 +23,16 @@ from luxloop.scenarios.exchange.paired_frames import (
     pair_frames,
     require_common_frames,
 )
-from luxloop.scenarios.grading.fit_errors import corner_gaps, heading_errors
-from luxloop.scenarios.grading.plane_geometry import iou, iou_table
+from luxloop.scenarios.grading import fit_errors, frame_tables
+from luxloop.scenarios.grading.figures import Figures
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.observations import RunObservations
+from luxloop.scenarios.grading.plane_geometry import iou_table
+from luxloop.scenarios.metrics import of_files
 from luxloop.scenarios.offline.track_file import read_table, require
-from luxloop.scenarios.report.cells import counted, table_of, value_of
-from luxloop.scenarios.result import Metric
+from luxloop.scenarios.report.cells import counted
+from luxloop.scenarios.report.tables import figure_rows
 from luxloop.scenarios.run.run_folder import metric_document
-
-UNITS = {
-    "heading_mean_deg": "deg", "heading_std_deg": "deg", "heading_abs_mean_deg": "deg", "position_abs_mean_m": "m",
-    "iou_mean": "1",
-}  # fmt: skip
-"""Figures of each method, with the names and meanings of `fit.<method>.*` of runs."""
-NO_EGO = "the positions are not about the ego, so the nearest corner is unknown"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +42,7 @@ class GradedFits:
     pairs: FramePairs
     on_none: int
     """Number of rectangles that overlap no true box."""
-    methods: dict[str, dict[str, Metric]]
+    methods: dict[str, Figures]
 
     @classmethod
     def of(
@@ -63,10 +60,10 @@ class GradedFits:
         true, fit = _matches(pairs)
         graded = ~outside(pairs.truth, limits)[true]
         of_fit = method[pairs.tracks.id[fit].astype(np.int64)]
-        about_ego = all(_is_about_the_ego(table) for table in (pairs.truth, pairs.tracks))
         found = {
-            name: _figures(pairs, true, fit, graded & (of_fit == name), about_ego)
+            name: _figures(pairs, true[chosen], fit[chosen])
             for name in dict.fromkeys(method.tolist())
+            for chosen in [graded & (of_fit == name)]
         }
         return cls(pairs, len(pairs.tracks) - len(fit), found)
 
@@ -78,26 +75,23 @@ def document(graded: GradedFits) -> dict[str, Any]:
         "fits": len(graded.pairs.tracks),
         "on_no_true_box": graded.on_none,
         "methods": {
-            name: {figure: metric_document(metric) for figure, metric in figures.items()}
+            name: {metric: metric_document(figure) for metric, figure in figures.items()}
             for name, figures in graded.methods.items()
         },
     }
 
 
-def report(graded: GradedFits) -> Group:
-    """Return the printed figures."""
+def report(graded: GradedFits) -> Document:
+    """Return the figures as a document, a table for each method."""
     pairs = graded.pairs
-    head = Text(
-        f"{pairs.tracks.source} against {pairs.truth.source}\n"
-        f"{counted(len(pairs.tracks), 'fit')}, {graded.on_none} of them on no true box"
+    said = f"{counted(len(pairs.tracks), 'fit')}, {graded.on_none} of them on no true box"
+    tables = [figure_rows(f"Fits by {method}", figures, figures) for method, figures in graded.methods.items()]
+    return Document(
+        title=f"{pairs.tracks.source} against {pairs.truth.source}",
+        answer=Answer(said),
+        lead=[Paragraph(f"{pairs.tracks.source} against {pairs.truth.source}")],
+        sections=[Section("fits", "Fits", tables)],
     )
-    table = table_of("Fits", "method", "figure", "value", "n")
-    table.add_column("", style="dim")
-    for method, figures in graded.methods.items():
-        for name, metric in figures.items():
-            table.add_row(method, name, value_of(metric), str(metric.n), metric.reason or "")
-    sections: list[RenderableType] = [head, table]
-    return Group(*sections)
 
 
 def _paired(truth: list[BoxTable], fits: list[BoxTable], classes: tuple[str, ...], limits: BoxLimits) -> FramePairs:
@@ -129,18 +123,30 @@ def _matches(pairs: FramePairs) -> tuple[Ints, Ints]:
     return np.concatenate([rows for rows, _ in found]), np.concatenate([rows for _, rows in found])
 
 
-def _figures(pairs: FramePairs, true: Ints, fit: Ints, chosen: Bools, about_ego: bool) -> dict[str, Metric]:
-    """Return the figures of the chosen matches."""
-    box, truth = pairs.tracks.boxes[fit[chosen]], pairs.truth.boxes[true[chosen]]
-    error = heading_errors(box, truth)
-    gap, _ = corner_gaps(box, truth, box[:, 2] - truth[:, 2])
-    values = (error.mean, error.std, np.abs(error).mean, np.hypot(*gap.T).mean, iou(box, truth).mean)
-    why = "no fit is on a graded true box"
-    found = {
-        name: Metric(float(value()), unit, len(box)) if len(box) else Metric(None, unit, 0, why)
-        for (name, unit), value in zip(UNITS.items(), values, strict=True)
+def _figures(pairs: FramePairs, true: Ints, fit: Ints) -> Figures:
+    """Return the figures of some matches, as those of the selected rectangles of a run."""
+    graded = np.ones(len(pairs.truth), np.bool_)
+    tables = {
+        **file_tables.of_stages(),
+        "truth": file_tables.truth_table(pairs, graded),
+        "fits": _fits(pairs, true, fit),
     }
-    return found if about_ego else {**found, "position_abs_mean_m": Metric(None, "m", len(box), NO_EGO)}
+    about_ego = all(_is_about_the_ego(table) for table in (pairs.truth, pairs.tracks))
+    run = RunObservations(tables, GradingConfig(), pairs.frames)
+    return Figures(run, {}, of_files.why_no_fit(about_ego, len(fit)), of_files.OF_FITS)
+
+
+def _fits(pairs: FramePairs, true: Ints, fit: Ints) -> pd.DataFrame:
+    """Return the table `fits` of rectangles and the true boxes that they are on, given by their rows."""
+    truth = file_tables.truth_table(pairs, np.ones(len(pairs.truth), np.bool_))
+    columns = {
+        **{name: truth[name].to_numpy()[true] for name in ("frame", "time_s", "actor_id", "range_m", "points")},
+        **dict(zip(fit_errors.BOX, pairs.tracks.boxes[fit].T, strict=True)),
+        **dict(zip(fit_errors.TRUE_BOX, pairs.truth.boxes[true].T, strict=True)),
+        "best": np.ones(len(fit), np.bool_),
+    }
+    found = fit_errors.errors(file_tables.filled(frame_tables.FITS, columns))
+    return found.assign(oracle=False)
 
 
 METHOD = "method"

@@ -11,13 +11,13 @@ import scipy
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
+from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.id_switches import ROUNDING
 from luxloop.scenarios.grading.plane_geometry import iou_table
-from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 
 
 def in_common_axes(truth: list[BoxTable], tracks: list[BoxTable]) -> tuple[BoxTable, BoxTable]:
-    """Return the first tables of both files in the same frame of reference.
+    """Return the first tables of both files in the same frame of reference, about the ego if there are such.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def in_common_axes(truth: list[BoxTable], tracks: list[BoxTable]) -> tuple[BoxTa
             f"{tracks[0].source}: its positions are in {here} axes, those of {truth[0].source} in {there} axes; "
             "give both files in the same frame of reference"
         )
-    return min(pairs, key=lambda pair: pair[0].axes != pair[1].axes)
+    return min(pairs, key=lambda pair: (pair[0].axes != pair[1].axes, pair[0].axes not in EGO_AXES))
 
 
 def about_the_ego(tables: list[BoxTable]) -> list[BoxTable]:
@@ -103,12 +103,10 @@ class FramePairs(NamedTuple):
         for k in range(self.frames):
             yield np.arange(of_truth[k], of_truth[k + 1]), np.arange(of_tracks[k], of_tracks[k + 1])
 
-    def select(self, truth: Bools, tracks: Bools) -> "FramePairs":
-        """Return the pairs of some true boxes and some tracks; frames and ids keep their numbers."""
-        return FramePairs(
-            self.truth.select(truth), self.tracks.select(tracks),
-            self.truth_frame[truth], self.track_frame[tracks], self.truth_id[truth], self.track_id[tracks], self.frames,
-        )  # fmt: skip
+    @property
+    def about_ego(self) -> bool:
+        """True if the positions are about the ego, so that distances from it are known."""
+        return bool({self.truth.axes, self.tracks.axes} & set(EGO_AXES))
 
 
 def pair_frames(truth: BoxTable, tracks: BoxTable) -> FramePairs:
@@ -134,34 +132,6 @@ def require_common_frames(pairs: FramePairs) -> None:
     truth, tracks = pairs.truth, pairs.tracks
     if len(truth) and len(tracks) and not np.intersect1d(pairs.truth_frame, pairs.track_frame).size:
         raise TracksError(f"{tracks.source}: has no frame in common with {truth.source}; give tracks of the same scans")
-
-
-def tracking_sequence(pairs: FramePairs) -> TrackingSequence:
-    """Return all boxes with their bird's-eye overlaps."""
-    gt_ids, tracker_ids, overlaps = [], [], []
-    for true, tracked in pairs.steps():
-        gt_ids.append(pairs.truth_id[true])
-        tracker_ids.append(pairs.track_id[tracked])
-        overlaps.append(iou_table(pairs.truth.boxes[true], pairs.tracks.boxes[tracked]))
-    return {
-        "frames": np.arange(pairs.frames),
-        "actor_ids": np.unique(pairs.truth_id),
-        "num_timesteps": pairs.frames,
-        "num_gt_ids": len(np.unique(pairs.truth_id)),
-        "num_tracker_ids": len(np.unique(pairs.track_id)),
-        "num_gt_dets": len(pairs.truth),
-        "num_tracker_dets": len(pairs.tracks),
-        "gt_ids": gt_ids,
-        "tracker_ids": tracker_ids,
-        "similarity_scores": overlaps,
-    }
-
-
-def distances(pairs: FramePairs, true: Ints, tracked: Ints) -> Floats:
-    """(t, k) distances of the centres of true boxes (t,) and tracks (k,), given by their rows [m]."""
-    apart = pairs.truth.boxes[true, None, :2] - pairs.tracks.boxes[None, tracked, :2]
-    found: Floats = np.hypot(apart[..., 0], apart[..., 1])
-    return found
 
 
 def _frames(truth: BoxTable, tracks: BoxTable) -> tuple[Ints, Ints]:
@@ -219,7 +189,7 @@ class BoxLimits:
     """Least overlap of a hit of CLEAR and Identity (trackeval's default)."""
     gospa_cutoff_m: float = 2.0
     """Cut-off c of GOSPA [m], as in the grading of runs."""
-    pair_distance_m: float = 2.0
+    match_distance_m: float = 2.0
     """Distance of the centres below which truth and track are a pair [m], for AMOTA and errors (nuScenes)."""
     points_min: int = 0
     """Least number of LIDAR points of a true box; others, and the tracks on them, are neither right nor wrong."""
@@ -228,9 +198,16 @@ class BoxLimits:
     occluded_max: int | None = None
     """Highest level of occlusion of KITTI of a true box; others are the same."""
 
+    @property
+    def grading(self) -> GradingConfig:
+        """Limits of the metrics that runs have, too."""
+        return GradingConfig(
+            hit_iou_min=self.hit_iou_min, gospa_cutoff_m=self.gospa_cutoff_m, match_distance_m=self.match_distance_m
+        )
 
-def leave_out(pairs: FramePairs, limits: BoxLimits) -> FramePairs:
-    """Return the pairs without true boxes outside the limits, and without the tracks on them.
+
+def left_out(pairs: FramePairs, limits: BoxLimits) -> tuple[Bools, Bools]:
+    """Return masks of the true boxes (N,) outside the limits, and of the tracks (M,) on them.
 
     Tracks are matched with all true boxes of a frame by the largest sum of overlaps; those matched with a box that is
     left out are left out, too, as distractors are in the benchmarks of KITTI and MOTChallenge (trackeval's
@@ -248,18 +225,17 @@ def leave_out(pairs: FramePairs, limits: BoxLimits) -> FramePairs:
     TracksError
         The truth has no numbers of points or levels of occlusion, which a limit needs.
     """
-    if not limits.points_min and limits.range_max_m is None and limits.occluded_max is None:
-        return pairs
-    ignored = outside(pairs.truth, limits)
-    far = _beyond(pairs.tracks, limits.range_max_m)
-    kept = np.ones(len(pairs.tracks), np.bool_)
+    ignored, far = outside(pairs.truth, limits), _beyond(pairs.tracks, limits.range_max_m)
+    of_tracks = np.zeros(len(pairs.tracks), np.bool_)
+    if not ignored.any() and not far.any():
+        return ignored, of_tracks
     for true, tracked in pairs.steps():
         overlap = iou_table(pairs.truth.boxes[true], pairs.tracks.boxes[tracked])
-        row, column = _matched(overlap, limits.hit_iou_min)
+        row, column = matched(overlap, limits.hit_iou_min)
         single = np.delete(tracked, column)
-        kept[tracked[column[ignored[true[row]]]]] = False
-        kept[single[far[single]]] = False
-    return pair_frames(pairs.truth.select(~ignored), pairs.tracks.select(kept))
+        of_tracks[tracked[column[ignored[true[row]]]]] = True
+        of_tracks[single[far[single]]] = True
+    return ignored, of_tracks
 
 
 def outside(truth: BoxTable, limits: BoxLimits) -> Bools:
@@ -268,7 +244,7 @@ def outside(truth: BoxTable, limits: BoxLimits) -> Bools:
     Raises
     ------
     TracksError
-        As for `leave_out`.
+        As for `left_out`.
     """
     ignored = _beyond(truth, limits.range_max_m)
     if limits.points_min:
@@ -288,7 +264,7 @@ def _beyond(table: BoxTable, range_max_m: float | None) -> Bools:
     return found
 
 
-def _matched(overlap: Floats, hit_iou_min: float) -> tuple[Ints, Ints]:
+def matched(overlap: Floats, hit_iou_min: float) -> tuple[Ints, Ints]:
     """Return rows and columns of the matches in an overlap table (t, k)."""
     score = np.where(overlap < hit_iou_min - ROUNDING, 0.0, overlap)
     row, column = scipy.optimize.linear_sum_assignment(score, maximize=True)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Ints
+from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.id_switches import HitStep
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 
@@ -39,6 +39,28 @@ def clear_table(
     is_hit = np.isin(_cells(vehicles, "actor_id", frames, actor_ids), step * len(actor_ids) + vehicle)
     hits = np.isin(_cells(counted, "track_id", frames, track_ids), step * len(track_ids) + track)
     return ClearTable(vehicles, counted, is_hit, hits)
+
+
+def hit_overlaps(clear: ClearTable, sequence: TrackingSequence, steps: Sequence[HitStep]) -> Floats:
+    """(len(vehicles),) overlap of each graded vehicle with the track that hits it; NaN without a hit."""
+    frames, actor_ids = sequence["frames"], sequence["actor_ids"]
+    cell, overlap = [np.empty(0, np.int64)], [np.empty(0)]
+    for step, vehicle, track in steps:
+        row = _positions(sequence["gt_ids"][step], vehicle)
+        column = _positions(sequence["tracker_ids"][step], track)
+        cell.append(step * len(actor_ids) + vehicle)
+        overlap.append(sequence["similarity_scores"][step][row, column])
+    hit = np.concatenate(cell)
+    found = np.full(len(clear.vehicles), np.nan)
+    hits = _cells(clear.vehicles[clear.is_hit], "actor_id", frames, actor_ids)
+    found[clear.is_hit] = np.concatenate(overlap)[_positions(hit, hits)]
+    return found
+
+
+def _positions(values: Ints, wanted: Ints) -> Ints:
+    """(k,) positions of some of the values (n,)."""
+    order = np.argsort(values)
+    return np.asarray(order[np.searchsorted(values[order], wanted)])
 
 
 def _cells(rows: pd.DataFrame, column: str, frames: Ints, ids: Ints) -> Ints:

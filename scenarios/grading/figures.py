@@ -10,7 +10,7 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import given_figures
 from luxloop.scenarios.grading.metric_sheet import why_no_interval
 from luxloop.scenarios.grading.observations import Observations, RunObservations
-from luxloop.scenarios.metrics.definition import Selection
+from luxloop.scenarios.metrics.definition import Selection, with_filters
 from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric, standard_names
 from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.result import Metric
@@ -33,6 +33,8 @@ class Figures(Mapping[str, Metric]):
         Figures that are known already, such as those of the run loop, of a file, and own metrics.
     why_not
         Function that returns why a metric does not apply to this run; empty if it does.
+    names
+        Names that iteration yields besides the known ones; those of all results if left out.
     """
 
     def __init__(
@@ -40,11 +42,13 @@ class Figures(Mapping[str, Metric]):
         run: RunObservations,
         known: Mapping[str, Metric] | None = None,
         why_not: Callable[[Selection], str] | None = None,
+        names: Iterable[str] | None = None,
     ) -> None:
         self.run = run
         self._known = dict(known or {})
         self._computed: dict[str, Metric] = {}
         self._why_not = why_not
+        self._names = names
 
     def __getitem__(self, name: str) -> Metric:
         if name in self._known:
@@ -60,7 +64,8 @@ class Figures(Mapping[str, Metric]):
         return self._computed[name]
 
     def __iter__(self) -> Iterator[str]:
-        graded = (name for name in standard_names() if self._has(find_metric(name)))
+        names = standard_names() if self._names is None else self._names
+        graded = (name for name in names if self._has(find_metric(name)))
         yield from dict.fromkeys([*graded, *self._known])
 
     def __len__(self) -> int:
@@ -68,19 +73,27 @@ class Figures(Mapping[str, Metric]):
 
     def __or__(self, others: Mapping[str, Metric]) -> "Figures":
         """Return these figures with others, which replace those of the same names."""
-        return Figures(self.run, {**self._known, **others}, self._why_not)
+        return Figures(self.run, {**self._known, **others}, self._why_not, self._names)
 
     def __repr__(self) -> str:
         return f"Figures({len(self)} metrics)"
+
+    def where(self, name: str, **filters: str) -> Metric:
+        """Return a metric with filters of any values: the classes of boxes in files have other names than actors'."""
+        selection = with_filters(find_metric(name), {key.rstrip("_"): value for key, value in filters.items()})
+        if selection.name not in self._known and selection.name not in self._computed:
+            self._computed[selection.name] = self._figure(selection)
+        return self[selection.name]
 
     def asked(self, names: Iterable[str]) -> "Figures":
         """Return these figures, with further names among those that the result holds."""
         return self | {name: self[name] for name in names if not name.startswith(PREFIX)}
 
     def _has(self, selection: Selection) -> bool:
-        """Return False for the metrics of the run loop, and of models that the run does not have."""
-        model = selection.parameters.get("model", "mma")
-        return selection.definition.kind not in OF_LOOP and model in ("mma", *self.run.models)
+        """Return False for the metrics of the run loop, and of models and columns that the run does not have."""
+        definition, model = selection.definition, selection.parameters.get("model", "mma")
+        has_column = not definition.needs or definition.needs in self.run.tracks
+        return definition.kind not in OF_LOOP and has_column and model in ("mma", *self.run.models)
 
     def _figure(self, selection: Selection) -> Metric:
         why = self._why_not(selection) if self._why_not else ""

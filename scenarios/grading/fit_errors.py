@@ -24,7 +24,13 @@ SEEN = ("seen_length_m", "seen_width_m")
 
 
 def measure(fits: pd.DataFrame) -> pd.DataFrame:
-    """Add the errors of every rectangle, and mark the least heading error of each observation as `oracle`.
+    """Add the errors of every rectangle, and mark the least heading error of each observation as `oracle`."""
+    found = errors(fits)
+    return found.assign(oracle=_oracle(fits["method"].cat.codes.to_numpy(), found["heading_error_deg"].to_numpy()))
+
+
+def errors(fits: pd.DataFrame) -> pd.DataFrame:
+    """Add the errors of every rectangle.
 
     Heading errors are modulo 90 degrees, in (-45, 45]. The position error is the distance from the rectangle's corner
     nearest to the ego to the same corner of the true box. The rectangle chooses the corner: for a vehicle abreast, with
@@ -50,7 +56,6 @@ def measure(fits: pd.DataFrame) -> pd.DataFrame:
         extent_along_error_m=extent[:, 0],
         extent_across_error_m=extent[:, 1],
         iou=iou(box, true),
-        oracle=_oracle(fits["method"].cat.codes.to_numpy(), error),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools
-from luxloop.scenarios.grading import emergence_metrics, gospa_metrics, mma_metrics, track_metrics
+from luxloop.scenarios.grading import distance_matching, emergence_metrics, gospa_metrics, mma_metrics, track_metrics
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.observations import COLUMN_OF, Filters, RunObservations, matches
 from luxloop.scenarios.grading.truth_events import event_metrics
@@ -75,6 +75,13 @@ def _gospa(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     return sheet.metrics
 
 
+def _recall(run: RunObservations, filters: Filters) -> dict[str, Metric]:
+    """Return the averages over recalls."""
+    sheet = MetricSheet()
+    distance_matching.grade(sheet, run.clear, run.config.match_distance_m, filters)
+    return sheet.metrics
+
+
 def _could_be_chosen(tracks: pd.DataFrame, filters: Filters) -> Bools:
     """(n,) mask of the tracks that have these filters if they are on nothing, where only range and time are known."""
     known = {"range", "time"}
@@ -109,6 +116,7 @@ KINDS: Mapping[str, Callable[[RunObservations, Filters], dict[str, Metric]]] = {
     "gain": _gain,
     "score": _scores,
     "gospa": _gospa,
+    "recall": _recall,
     "emergence": _emergence,
     "event": _events,
     "people": _vulnerable,

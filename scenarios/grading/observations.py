@@ -207,9 +207,7 @@ class RunObservations:
     @cached_property
     def confirmation(self) -> Observations:
         """A row per vehicle, that of its first graded frame, with the time until its first hit."""
-        waits = confirmation_metrics.waits(self.clear)
-        never = np.isinf(waits["wait_s"].to_numpy())
-        return Observations(waits.assign(never=never), NO_VEHICLE, self._of_actor)
+        return Observations(confirmation_metrics.waits(self.clear), NO_VEHICLE, self._of_actor)
 
     @cached_property
     def fit(self) -> Observations:
@@ -275,6 +273,10 @@ class RunObservations:
         table = rows.table
         if name == "missed":
             return np.asarray(~self.clear.is_hit, np.float64)
+        if name == "is_hit":
+            return self.clear.is_hit
+        if name == "hit_iou":
+            return clear_table.hit_overlaps(self.clear, self.sequence, self.hits)
         if name == "standing_since_seen":
             return _standing_since_seen(table, self.truth)
         if name == "long":
@@ -324,7 +326,6 @@ class RunObservations:
 
 _OF_MOTION: dict[str, Callable[[Observations], Column]] = {
     "any": lambda rows: np.ones(len(rows), np.bool_),
-    "moving": lambda rows: ~rows["standing"],
     "heading_abs_error_deg": lambda rows: np.abs(rows["heading_error_deg"]),
     "flipped": lambda rows: (np.abs(rows["heading_error_deg"]) > 90.0).astype(np.float64),
     "unflipped_heading_abs_error_deg": lambda rows: np.where(
@@ -335,6 +336,7 @@ _OF_MOTION: dict[str, Callable[[Observations], Column]] = {
     "speed_abs_error_mps": lambda rows: np.abs(rows["speed_error_mps"]),
     "length_abs_error_m": lambda rows: np.abs(rows["length_error_m"]),
     "width_abs_error_m": lambda rows: np.abs(rows["width_error_m"]),
+    "height_abs_error_m": lambda rows: np.abs(rows["height_error_m"]),
 }
 """Columns of the observations of tracks that follow from others."""
 
@@ -368,7 +370,7 @@ def _of_cause(rows: Observations, name: str) -> Column | None:
 
 def _standing_since_seen(vehicles: pd.DataFrame, truth: pd.DataFrame) -> Bools:
     """(n,) mask of the graded rows of vehicles that have not moved since the first frame with a point on them."""
-    first = truth[truth["points"] > 0].groupby("actor_id")["frame"].min()
+    first = truth[truth["points"] != 0].groupby("actor_id")["frame"].min()
     moving = truth[truth["mode"] != MODELS[0]]
     moving = moving[moving["frame"] >= moving["actor_id"].map(first)]
     starts = moving.groupby("actor_id")["frame"].min()

@@ -7,11 +7,22 @@ from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.grading.plane_geometry import turned, wrap
 from luxloop.tracker.records import MODELS
 
-OF_VEHICLE = ("range_m", "view", "kind", "yaw_world_rad", "length_m", "width_m", "yaw_rate_radps")
+OF_VEHICLE = (
+    "range_m",
+    "view",
+    "kind",
+    "x_world_m",
+    "y_world_m",
+    "yaw_world_rad",
+    "length_m",
+    "width_m",
+    "yaw_rate_radps",
+)
 OF_MOTION = ("vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2")
 """Columns of the truth table that errors and filters need."""
 OF_TRACK = (
-    *("frame", "time_s", "track_id", "actor_id", "range_m", "true_mode", "yaw_world_rad", "length_m", "width_m"),
+    *("frame", "time_s", "track_id", "actor_id", "range_m", "true_mode"),
+    *("x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"),
     *("heading_error_deg", "corner_along", "corner_across"),
 )
 """Columns of the track table that errors need, beside those of the motion."""
@@ -22,7 +33,8 @@ def measure(truth: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
 
     The columns are `frame`, `time_s`, `track_id`, `actor_id`, the vehicle's `range_m`, `view` and `kind`, and
 
-    - `standing`: the true mode is stationary;
+    - `standing`, `moving`: the true mode is stationary, or another one; neither if it is unknown;
+    - `position_error_m`: distance of the centres;
     - `speed_mps`, `true_speed_mps`: norms of the velocities;
     - `velocity_error_mps`, `acceleration_error_mps2`: norms of the errors;
     - `length_error_m`, `width_error_m`: estimate minus truth;
@@ -45,6 +57,8 @@ def measure(truth: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
             **{name: pair[name] for name in ("frame", "time_s", "track_id", "actor_id", "view", "kind")},
             "range_m": pair["range_m_true"],
             "standing": pair["true_mode"] == MODELS[0],
+            "moving": pair["true_mode"].notna() & (pair["true_mode"] != MODELS[0]),
+            "position_error_m": np.hypot(*(_pair(pair, "{}_world_m") - _pair(pair, "{}_world_m_true")).T),
             "speed_mps": np.hypot(*tracked_v.T),
             "true_speed_mps": np.hypot(*velocity.T),
             "velocity_error_mps": np.hypot(*(tracked_v - velocity).T),

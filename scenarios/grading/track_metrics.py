@@ -63,7 +63,8 @@ def _grade_false(
     nothing.
     """
     false = clear.tracks[~clear.hits]
-    of_vehicle = overlaps[overlaps["actor_id"].isin(truth.loc[truth["kind"].isin(CLASSES), "actor_id"])]
+    is_vehicle = truth["kind"].isin(CLASSES) | truth["graded"]  # graded boxes of files may be of any class
+    of_vehicle = overlaps[overlaps["actor_id"].isin(truth.loc[is_vehicle, "actor_id"])]
     graded = of_vehicle.merge(clear.vehicles[["frame", "actor_id"]], on=["frame", "actor_id"])
     nothing = _largest(of_vehicle, false) == 0.0
     duplicate = _largest(graded, false) >= hit_iou_min

@@ -19,6 +19,7 @@ class Drive:
     seed: int
     duration_max_s: float
     trackers: tuple[str, ...]
+    """Names, and places of the user's own."""
     out: Path
 
     @property
@@ -56,13 +57,13 @@ def drives(
     InputError, ScenarioError
         A scenario or tracker does not exist, two scenarios have the same name, or one cannot be in a league.
     """
-    names = tuple(entrant.name for entrant in chosen(trackers))
+    specs = tuple(entrant.spec for entrant in chosen(trackers))
     files = [str(shipped.find(name)) for name in scenarios]
     stems = [Path(file).stem for file in files]
     for stem in stems:
         if stems.count(stem) > 1:
             raise InputError(f"{stem}: given twice; scenarios of a league need different names")
-    found = [Drive(file, seed, duration_max_s, names, out) for seed in seeds for file in files]
+    found = [Drive(file, seed, duration_max_s, specs, out) for seed in seeds for file in files]
     for drive in found:
         drive.load()
     return found

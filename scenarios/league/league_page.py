@@ -23,6 +23,7 @@ from luxloop.scenarios.document.json_text import json_data
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.league import league_tables
+from luxloop.scenarios.league.entrants import chosen
 from luxloop.scenarios.league.json_file import write_json
 from luxloop.scenarios.league.league_figure import hota_figure
 from luxloop.scenarios.league.league_runs import Row
@@ -79,8 +80,9 @@ def league_document(rows: Sequence[Row], found: Sequence[Standing], request: Req
         "seeds": ", ".join(map(str, request.seeds)),
         "longest run": f"{request.duration_max_s:g} s",
     }
+    trackers = league_tables.entrants_table(chosen(request.trackers))
     why: list[Block] = [Paragraph(STAGES_OF), Preformatted("\n".join(commands))]
-    details = [league_tables.entrants_table(found), *([league_tables.failures_table(rows)] if failed else [])]
+    details = [trackers, *([league_tables.failures_table(rows)] if failed else [])]
     differences = [league_tables.differences_table(found), league_tables.scenario_table(found)]
     sections = [
         Section("standings", "Standings", [league_tables.standings_table(found)]),
@@ -160,5 +162,6 @@ def _write_csv(path: Path, rows: Sequence[Row]) -> None:
 
 def _command(request: Request) -> str:
     seeds = ",".join(map(str, request.seeds))
-    options = ["--seeds", seeds, "--duration", f"{request.duration_max_s:g}", "--trackers", ",".join(request.trackers)]
-    return shlex.join(["luxloop", "league", *request.scenarios, *options])
+    trackers = [word for spec in request.trackers for word in ("--trackers", spec)]
+    options = ["--seeds", seeds, "--duration", f"{request.duration_max_s:g}"]
+    return shlex.join(["luxloop", "league", *request.scenarios, *options, *trackers])

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.league.entrants import entrants
+from luxloop.scenarios.league.entrants import Entrant
 from luxloop.scenarios.league.gospa_difference import GOSPA, PairedDifference
 from luxloop.scenarios.league.league_runs import Row
 from luxloop.scenarios.league.standings import Standing
@@ -57,11 +57,10 @@ def scenario_table(found: Sequence[Standing]) -> Table:
     return table
 
 
-def entrants_table(found: Sequence[Standing]) -> Table:
+def entrants_table(trackers: Sequence[Entrant]) -> Table:
     """Return association, filter and settings of each tracker."""
     table = table_of("Trackers", "tracker", "method", "settings other than the defaults")
-    for each in found:
-        entrant = entrants()[each.tracker]
+    for entrant in trackers:
         table.add_row(entrant.name, entrant.text, ", ".join(f"{k} {v}" for k, v in entrant.settings.items()) or "none")
     return table
 

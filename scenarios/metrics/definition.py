@@ -92,6 +92,10 @@ class MetricDefinition:
     """Reason if rows count and no value is known; empty: `why_none`."""
     ranked_by: str = ""
     """Column of the size of an error, which ranks the observations that count against a share; empty: `value`."""
+    needs: str = ""
+    """Column of the table `tracks` without which results do not list the metric: boxes of files may have it."""
+    compared: Relevance | None = None
+    """Sizes of differences, if comparisons test this mean or rate beside the main metrics of each stage."""
 
 
 REQUIRED = ""

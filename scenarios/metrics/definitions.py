@@ -349,9 +349,32 @@ def _track() -> Iterator[MetricDefinition]:
         yield MetricDefinition(
             f"track.{name}", unit, meaning, "gospa", statistic="given", filters=OF_VEHICLES, interval=False
         )
+    yield MetricDefinition(
+        "track.motp", "1", "CLEAR multiple object tracking precision: mean overlap of the hits", "vehicle", "hit_iou",
+        "is_hit", better="more", range=SHARE, filters=OF_VEHICLES, why_none="no track hits a graded vehicle",
+    )  # fmt: skip
+    yield from _averages()
     yield from _missed()
     yield from _occlusion()
     yield from _motion()
+
+
+def _averages() -> Iterator[MetricDefinition]:
+    averages: tuple[tuple[str, str, str, Better, tuple[float, float]], ...] = (
+        ("amota", "1", "MOTAR of nuScenes, averaged over recalls, then over classes", "more", SHARE),
+        (
+            "amotp_m",
+            "m",
+            "distance of the centres of pairs, averaged over recalls, then over classes",
+            "less",
+            POSITIVE,
+        ),
+    )
+    for name, unit, meaning, better, bounds in averages:
+        yield MetricDefinition(
+            f"track.{name}", unit, meaning, "recall", statistic="given", better=better, range=bounds,
+            filters=("class",), interval=False, needs="score",
+        )  # fmt: skip
 
 
 def _missed() -> Iterator[MetricDefinition]:
@@ -425,6 +448,12 @@ def _motion() -> Iterator[MetricDefinition]:
         )  # fmt: skip
 
     turn = (0.0, TRACK_HEADING_DEG)
+    yield figure("position_abs_mean_m", "m", "mean distance of the centres of track and vehicle", "position_error_m")
+    yield figure("iou_mean", "1", "mean bird's-eye overlap of track and vehicle", "iou", better="more", range=SHARE)
+    yield figure(
+        "orientation_abs_mean_deg", "deg", "mean absolute heading error modulo 360, moving and standing vehicles",
+        "heading_abs_error_deg", range=turn,
+    )  # fmt: skip
     heading = "absolute heading error modulo 360, moving vehicles"
     yield figure("heading_abs_mean_deg", "deg", f"mean {heading}", "heading_abs_error_deg", "moving", range=turn)
     yield figure(
@@ -465,6 +494,9 @@ def _motion() -> Iterator[MetricDefinition]:
     for size in ("length", "width"):
         yield figure(f"{size}_mean_m", "m", f"mean error of the {size}", f"{size}_error_m", **_signed())
         yield figure(f"{size}_abs_mean_m", "m", f"mean absolute error of the {size}", f"{size}_abs_error_m")
+    yield figure(
+        "height_abs_mean_m", "m", "mean absolute error of the height", "height_abs_error_m", needs="height_error_m"
+    )
 
 
 MEASURES: dict[str, tuple[str, str, Better]] = {

@@ -34,7 +34,7 @@ from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW
 from luxloop.scenarios.grading.plane_geometry import QUARTER, turned
 from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
 from luxloop.scenarios.oracle.stage import Stage
-from luxloop.tracker.detection.detector import Detector, DetectorConfig
+from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.detection.segmentation import keep_only, regrouped
 from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import (
@@ -208,10 +208,19 @@ def with_exact(boxes: Boxes, exact: Bools) -> Boxes:
 class OracleDetector(Detector):
     """A detector that knows the ground truth of each scan. Stages without an oracle are those of `Detector`."""
 
-    def __init__(self, config: DetectorConfig | None, stages: frozenset[Stage], context: OracleContext) -> None:
-        super().__init__(config)
-        self._stages = stages
-        self._context = context
+    _stages: frozenset[Stage]
+    _context: OracleContext
+
+    @classmethod
+    def over(cls, real: Detector, stages: frozenset[Stage], context: OracleContext) -> "OracleDetector":
+        """Return a detector with oracles for some stages; the other stages are those of a real one."""
+        kind = type(real)
+        mixed: type[OracleDetector] = (
+            cls if kind is Detector else type(f"{cls.__name__}Over{kind.__name__}", (cls, kind), {})
+        )
+        found = mixed.__new__(mixed)
+        vars(found).update(vars(real), _stages=stages, _context=context)
+        return found
 
     @property
     def truth(self) -> Truth:

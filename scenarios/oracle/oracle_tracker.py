@@ -1,6 +1,7 @@
-"""The shipped tracker with oracles in place of stages."""
+"""A tracker with oracles in place of stages."""
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 from luxloop.scenarios.errors import DeviceError
@@ -16,27 +17,26 @@ from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.run import device
 from luxloop.scenarios.run.device import DeviceFactory
+from luxloop.scenarios.run.process_tracker import ProcessFactory
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
+from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.tracker import Tracker, TrackerConfig, track_config
-from luxloop.tracker.tracking.association import HungarianAssociator, LikelihoodScore, PairScore
-from luxloop.tracker.tracking.model_selection import ModelSelection, model_selection
-from luxloop.tracker.tracking.track_management import TrackManagement
+from luxloop.tracker.tracker import Tracker, TrackerConfig, TrackerStages
+from luxloop.tracker.tracking.association import HungarianAssociator
+from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 
 
 class OracleTracker:
-    """A tracker that gets the ground truth before each scan. Stages without an oracle are those of the shipped tracker.
+    """A tracker that gets the ground truth before each scan. Stages without an oracle are its own.
 
     Parameters
     ----------
-    config
-        Settings of all stages.
+    tracker
+        A new tracker with stages as `REPLACEABLE` lists them.
     stages
         Stages to replace by oracles.
-    detector, score, models, confirmation
-        Other detector, pair score, model selection and track management than the shipped ones, beneath the oracles.
 
     Raises
     ------
@@ -44,36 +44,15 @@ class OracleTracker:
         The settings have no such stage.
     """
 
-    def __init__(
-        self,
-        config: TrackerConfig,
-        stages: Iterable[Stage],
-        detector: type[OracleDetector] = OracleDetector,
-        score: PairScore | None = None,
-        models: ModelSelection | None = None,
-        confirmation: type[OracleConfirmation] = OracleConfirmation,
-    ) -> None:
+    def __init__(self, tracker: Tracker, stages: Iterable[Stage]) -> None:
         replaced = frozenset(stages)
-        if Stage.MODEL in replaced and config.mma.method == "imm":
+        if Stage.MODEL in replaced and tracker.config.mma.method == "imm":
             raise DeviceError(
                 'oracle model: [tracker.mma] method = "imm" selects no model that the truth could; use "mma" or "paper"'
             )
-        self._context = context = OracleContext()
-        score = score or LikelihoodScore(config.association)
-        models = models or model_selection(config.mma)
-        management: TrackManagement
-        management = shipped = confirmation(config.merging, track_config(config), replaced, context)
-        if Stage.ASSOCIATION in replaced:
-            score, management = OracleScore(score, context), OracleTrackManagement(shipped, context)
-        if Stage.MODEL in replaced:
-            models = OracleModelSelection(config.mma, context)
-        self._tracker = Tracker(
-            config,
-            detector(config, replaced, context),
-            associator=HungarianAssociator(config.association, score),
-            model_selection=models,
-            track_management=ActorRecorder(management, context),
-        )
+        self._context = OracleContext()
+        tracker.stages = _with_truth(tracker, replaced, self._context)
+        self._tracker = tracker
 
     def see_truth(self, frame: WorldFrame, truth: ScanTruth) -> None:
         """Set the ground truth of the next scan."""
@@ -84,11 +63,42 @@ class OracleTracker:
         return self._tracker.step(scan)
 
 
+def _with_truth(tracker: Tracker, replaced: frozenset[Stage], context: OracleContext) -> TrackerStages:
+    """Return the stages of a tracker with the truth in place of some."""
+    detector, associator, models, management = tracker.stages
+    assert isinstance(detector, Detector)  # as `OracleFactory` requires
+    assert isinstance(associator, HungarianAssociator)
+    assert isinstance(management, DefaultTrackManagement)
+    confirming = OracleConfirmation.over(management, replaced, context)
+    deciding: TrackManagement = confirming
+    if Stage.ASSOCIATION in replaced:
+        associator, deciding = copy(associator), OracleTrackManagement(confirming, context)
+        associator.score = OracleScore(associator.score, context)
+    if Stage.MODEL in replaced:
+        models = OracleModelSelection(tracker.config.mma, context)
+    seeing = OracleDetector.over(detector, replaced, context)
+    return TrackerStages(seeing, associator, models, ActorRecorder(deciding, context))
+
+
+REPLACEABLE: dict[str, tuple[type, str]] = {
+    "detector": (Detector, "segment, link, fit and box"),
+    "associator": (HungarianAssociator, "pair score"),
+    "track_management": (DefaultTrackManagement, "settle, merge, newcomers and start"),
+}
+"""Stages in which oracles replace parts, by their names in `TrackerStages`: class that has these, and the parts."""
+
+
+def _place(kind: type) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}"
+
+
 @dataclass(frozen=True, slots=True)
 class OracleFactory:
     """Factory of trackers with oracles for these stages; a `luxloop.scenarios.run.device.DeviceFactory`."""
 
     stages: Sequence[Stage]
+    make_tracker: DeviceFactory = Tracker
+    """Makes the tracker; the shipped one by default."""
 
     def __call__(self, config: TrackerConfig) -> OracleTracker:
         """Return a new tracker.
@@ -96,9 +106,23 @@ class OracleFactory:
         Raises
         ------
         DeviceError
-            The settings have no such stage.
+            The tracker or its settings have no such stage.
         """
-        return OracleTracker(config, self.stages)
+        name = device.name_of(self.make_tracker)
+        if isinstance(self.make_tracker, ProcessFactory):
+            raise DeviceError(f"{name}: oracles cannot replace the stages of another process")
+        tracker = self.make_tracker(config)
+        if not isinstance(tracker, Tracker):
+            raise DeviceError(
+                f"{name}: has none of the stages {', '.join(TrackerStages._fields)} that oracles replace; "
+                f"return a {_place(Tracker)} with stages of its own"
+            )
+        for stage, (kind, parts) in REPLACEABLE.items():
+            if not isinstance(getattr(tracker.stages, stage), kind):
+                raise DeviceError(
+                    f"{name}: its {stage} has no {parts}, which oracles replace; derive it from {_place(kind)}"
+                )
+        return OracleTracker(tracker, self.stages)
 
     def __str__(self) -> str:
         return f"oracle: {', '.join(stage for stage in Stage if stage in self.stages)}"

@@ -33,7 +33,6 @@ from luxloop.scenarios.grading.mode_metrics import MODE_OF
 from luxloop.scenarios.oracle.oracle_truth import OracleContext
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.sensor_model.truth import NO_ACTOR
-from luxloop.tracker.merging import MergeConfig
 from luxloop.tracker.records import MODELS, Status
 from luxloop.tracker.tracking.association import PairScore
 from luxloop.tracker.tracking.filters import Step
@@ -41,7 +40,6 @@ from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.mma import LEAST_PROBABILITY, MmaConfig
 from luxloop.tracker.tracking.model_selection import ModelSelection, SelectedModel
 from luxloop.tracker.tracking.observations import Observations
-from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 from luxloop.tracker.tracking.track_table import TrackTable
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
@@ -158,18 +156,23 @@ def hand_over_id(tracks: TrackTable, rows: Ints) -> None:
 
 
 class OracleConfirmation(DefaultTrackManagement):
-    """The track management of the shipped tracker, with true confirmation if `stages` has it."""
+    """A track management with true confirmation, if the stages have it."""
 
-    def __init__(
-        self,
-        merging: MergeConfig,
-        track: TrackConfig,
-        stages: frozenset[Stage],
-        context: OracleContext,
-    ) -> None:
-        super().__init__(merging, track)
-        self._active = Stage.CONFIRMATION in stages
-        self._context = context
+    _active: bool
+    _context: OracleContext
+
+    @classmethod
+    def over(
+        cls, real: DefaultTrackManagement, stages: frozenset[Stage], context: OracleContext
+    ) -> "OracleConfirmation":
+        """Return a track management with the truth over the decisions of a real one."""
+        kind = type(real)
+        mixed: type[OracleConfirmation] = (
+            cls if kind is DefaultTrackManagement else type(f"{cls.__name__}Over{kind.__name__}", (cls, kind), {})
+        )
+        found = mixed.__new__(mixed)
+        vars(found).update(vars(real), _active=Stage.CONFIRMATION in stages, _context=context)
+        return found
 
     def settle(self, tracks: TrackTable) -> None:
         """Update the status of every track; the truth confirms those that were seen."""

@@ -1,6 +1,6 @@
 """Cost of each stage of the tracker: grade the same scans with an oracle in place of one stage after the other."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -12,7 +12,7 @@ from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run import device, loop, progress
+from luxloop.scenarios.run import loop, progress
 from luxloop.scenarios.run.containment import STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard
@@ -20,6 +20,7 @@ from luxloop.sensor_model.rig.rig import load_rig
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracker import Tracker
 
 Metrics = Mapping[str, Metric]
 Tables = dict[str, pd.DataFrame]
@@ -91,13 +92,14 @@ class StageCost:
 
 @dataclass(frozen=True, slots=True)
 class Blame:
-    """Results of the shipped tracker and of its oracles."""
+    """Results of a tracker, by default the shipped one, and of its oracles."""
 
     shipped: Result
+    """Result of the tracker as it is."""
     by_truth: dict[Stage, Metrics]
     """Metrics with an oracle for one stage."""
     tables: dict[Stage, Tables]
-    """Tables with an oracle for one stage, on the scans of the shipped tracker; none if the tracks drive the ego."""
+    """Tables with an oracle for one stage, on the scans of the tracker; none if the tracks drive the ego."""
 
     def gain(self, stage: Stage, metric: BlameMetric) -> float | None:
         """Return the improvement of a metric by the oracle of a stage, in its unit; None if it applies to one only."""
@@ -113,37 +115,35 @@ class Blame:
         return sorted((stage for stage in Stage if gains[stage] > 0.0), key=lambda stage: -gains[stage])
 
 
-def find_out(
-    scenario: Scenario,
-    shipped: DeviceFactory | None = None,
-    make_oracle: Callable[[Sequence[Stage]], DeviceFactory] = OracleFactory,
-) -> Blame:
-    """Run the shipped tracker and one oracle for each stage.
+def find_out(scenario: Scenario, make_tracker: DeviceFactory = Tracker) -> Blame:
+    """Run a tracker and one oracle for each of its stages.
 
     All process the same scans, unless the tracker drives the ego (`[control]`): its tracks then affect the traffic, so
     each has its own simulation.
 
     Parameters
     ----------
-    shipped, make_oracle
-        Replacements of the shipped tracker and its oracles, for tests of this function.
+    make_tracker
+        Makes a `Tracker`, the shipped one or one with stages of its own.
 
     Raises
     ------
+    DeviceError
+        It is no `Tracker`, or a stage has no parts that oracles could replace.
     Exception
         As `luxloop.scenarios.run.loop.run`.
     """
-    shipped = shipped or device.load(device.SHIPPED)
+    oracles = {stage: OracleFactory([stage], make_tracker) for stage in Stage}
     if scenario.control:
-        result = loop.run(scenario, shipped)
-        return Blame(result, {stage: loop.run(scenario, make_oracle([stage])).metrics for stage in Stage}, {})
-    parallel = {stage: _ParallelDevice(scenario, make_oracle([stage])) for stage in Stage}
+        result = loop.run(scenario, make_tracker)
+        return Blame(result, {stage: loop.run(scenario, oracle).metrics for stage, oracle in oracles.items()}, {})
+    parallel = {stage: _ParallelDevice(scenario, oracle) for stage, oracle in oracles.items()}
 
     def add(frame: WorldFrame, scan: Scan, truth: ScanTruth, _: FrameGrade) -> None:
         for oracle in parallel.values():
             oracle.add(frame, scan, truth)
 
-    result = loop.run(scenario, shipped, export=add)
+    result = loop.run(scenario, make_tracker, export=add)
     of_oracles = progress.steps("grading", len(parallel), "stages", parallel.items())
     finished = {stage: oracle.finish() for stage, oracle in of_oracles}
     return Blame(
@@ -170,7 +170,7 @@ class _ParallelDevice:
 
 
 def document(blame: Blame, costs: Sequence[StageCost]) -> dict[str, Any]:
-    """Return the JSON document: metrics of the shipped tracker and of each oracle, ranking and costs of stages."""
+    """Return the JSON document: metrics of the tracker and of each oracle, ranking and costs of stages."""
     result = blame.shipped
 
     def selected(metrics: Metrics) -> dict[str, Any]:
@@ -179,6 +179,7 @@ def document(blame: Blame, costs: Sequence[StageCost]) -> dict[str, Any]:
     return {
         "scenario": result.scenario,
         "seed": result.seed,
+        "tracker": result.config["device"],
         "trace_hash": result.trace_hash,
         "complete": result.complete,
         "ended_early": result.ended_early,

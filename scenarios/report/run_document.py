@@ -23,6 +23,7 @@ from luxloop.scenarios.files.expect import Check
 from luxloop.scenarios.metrics.definitions import find_metric, is_metric
 from luxloop.scenarios.report import emergence_rows, fit_tables, own_rows, paper_tables, tables, track_tables
 from luxloop.scenarios.report.cells import interval_of, with_unit
+from luxloop.scenarios.report.file_document import file_document
 from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.report.run_answer import answer, badge
 from luxloop.scenarios.report.truth_event_line import truth_events
@@ -77,6 +78,8 @@ NO_FIGURES = RunFigures()
 def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document:
     """Return a run as a document."""
     result = run.result
+    if "files" in result.config:
+        return file_document(result, figures.tracks)
     first = [*figures.pictures, *figures.tracks][:1]
     more = [figure for figure in figures.pictures if figure not in first]
     sections = [

@@ -1,6 +1,6 @@
 """Tables of a report that the paper does not have: stages, controlled ego, and speed."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definition import filtered
@@ -14,7 +14,7 @@ from luxloop.scenarios.metrics.definitions import (
     find_metric,
 )
 from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
-from luxloop.scenarios.result import Result
+from luxloop.scenarios.result import Metric, Result
 from luxloop.tracker.records import MODELS
 
 
@@ -75,11 +75,16 @@ def metric_list(title: str, result: Result, prefixes: tuple[str, ...]) -> Table:
 
 
 def metric_rows(title: str, result: Result, names: Iterable[str]) -> Table:
-    """Return a table with a row for each metric: its value, 95 % interval and meaning."""
+    """Return a table with a row for each metric of a run: its value, 95 % interval and meaning."""
+    return figure_rows(title, result.metrics, names)
+
+
+def figure_rows(title: str, metrics: Mapping[str, Metric], names: Iterable[str]) -> Table:
+    """Return a table with a row for each of these metrics: its value, 95 % interval and meaning."""
     table = table_of(title, "metric", "value", "95 %", "n")
     table.add_column("", style="dim")
     for name in names:
-        metric = result.metrics[name]
+        metric = metrics[name]
         meaning = metric.reason or find_metric(name).meaning
         table.add_row(name, value_of(metric), interval_of(metric), str(metric.n), meaning)
     return table

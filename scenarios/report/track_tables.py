@@ -11,7 +11,7 @@ from luxloop.scenarios.result import Result
 
 TABLES: dict[str, tuple[str, ...]] = {
     "Tracking": (
-        *("hota", "deta", "assa", "loca", "mota", "idf1"),
+        *("hota", "deta", "assa", "loca", "mota", "motp", "idf1"),
         *("id_switches", "id_switch_rate", "id_switches_in_view", "fragments", "missed", "false"),
         *("occlusion_survival", "hidden_2s_survival", "reacquire_s", "reappearance_error_m"),
     ),
@@ -22,6 +22,7 @@ TABLES: dict[str, tuple[str, ...]] = {
         *("gospa_m", "gospa_localisation_m2", "gospa_missed_m2", "gospa_false_m2"),
     ),
     "Motion, track heading and size": (
+        *("position_abs_mean_m", "iou_mean", "orientation_abs_mean_deg"),
         *("velocity_abs_mean_mps", "moving_velocity_abs_mean_mps", "standing_speed_mean_mps", "speed_abs_mean_mps"),
         *("speed_mean_mps", "acceleration_abs_mean_mps2"),
         *("heading_abs_mean_deg", "heading_abs_p90_deg", "heading_flip_rate", "heading_unflipped_mean_deg"),
@@ -53,8 +54,11 @@ BANDED_TABLES = {
 
 
 def tracking(result: Result) -> list[Table]:
-    """Return a table for each group of track metrics of the whole run."""
-    return [metric_rows(title, result, [f"track.{name}" for name in names]) for title, names in TABLES.items()]
+    """Return a table for each group of track metrics of the whole run, and one of those that no group has."""
+    groups = {title: [f"track.{name}" for name in names] for title, names in TABLES.items()}
+    listed = {name for names in groups.values() for name in names}
+    others = [name for name in result.metrics if name.startswith("track.") and "{" not in name and name not in listed]
+    return [metric_rows(title, result, names) for title, names in [*groups.items(), ("Others", others)] if names]
 
 
 def by_band(result: Result) -> list[Table]:

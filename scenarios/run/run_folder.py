@@ -25,7 +25,7 @@ from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.frame_tables import SCHEMAS, with_added
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.observations import RunObservations
-from luxloop.scenarios.metrics import of_recordings
+from luxloop.scenarios.metrics import of_files, of_recordings
 from luxloop.scenarios.metrics.former_names import present_name
 from luxloop.scenarios.result import Metric, Result
 
@@ -187,6 +187,8 @@ def _figures(document: dict[str, Any], tables: dict[str, pd.DataFrame]) -> Figur
     config = document["config"]
     complete = {name: with_added(name, table) for name, table in tables.items()}
     run = RunObservations(complete, GradingConfig(**config["grading"]), document["frames"])
+    if files := config.get("files"):
+        return Figures(run, known, of_files.why_not(files["missing"]), of_files.NAMES)
     recording = config.get("recording")
     return Figures(run, known, None if recording is None else of_recordings.why_not(bool(recording.get("truth"))))
 

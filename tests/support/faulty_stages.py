@@ -4,9 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from luxloop.scenarios.oracle.oracle_detector import OracleDetector
-from luxloop.scenarios.oracle.oracle_tracker import OracleTracker
-from luxloop.scenarios.oracle.oracle_tracks import OracleConfirmation
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.detection.segmentation import SegmentationConfig, segment
 from luxloop.tracker.geometry import fold
@@ -73,34 +70,13 @@ class SlowConfirmation(DefaultTrackManagement):
 
 
 def plant(fault):
-    """Return factories of the shipped tracker with the fault, and of its oracles, as `find_out` takes them."""
+    """Return the factory of the shipped tracker with the fault."""
     if issubclass(fault, LikelihoodScore):
-        return (
-            lambda config: Tracker(
-                config, associator=HungarianAssociator(config.association, fault(config.association))
-            ),
-            lambda stages: lambda config: OracleTracker(config, stages, score=fault(config.association)),
+        return lambda config: Tracker(
+            config, associator=HungarianAssociator(config.association, fault(config.association))
         )
     if issubclass(fault, SelectedModel):
-        return (
-            lambda config: Tracker(config, model_selection=fault(config.mma)),
-            lambda stages: lambda config: OracleTracker(config, stages, models=fault(config.mma)),
-        )
-
+        return lambda config: Tracker(config, model_selection=fault(config.mma))
     if issubclass(fault, DefaultTrackManagement):
-
-        class FaultyOracleConfirmation(OracleConfirmation, fault):
-            """Oracle over the fault."""
-
-        return (
-            lambda config: Tracker(config, track_management=fault(config.merging, track_config(config))),
-            lambda stages: lambda config: OracleTracker(config, stages, confirmation=FaultyOracleConfirmation),
-        )
-
-    class FaultyOracleDetector(OracleDetector, fault):
-        """Oracles over the fault."""
-
-    return (
-        lambda config: Tracker(config, fault(config)),
-        lambda stages: lambda config: OracleTracker(config, stages, FaultyOracleDetector),
-    )
+        return lambda config: Tracker(config, track_management=fault(config.merging, track_config(config)))
+    return lambda config: Tracker(config, fault(config))

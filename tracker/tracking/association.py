@@ -279,13 +279,13 @@ class HungarianAssociator:
 
     def __init__(self, config: AssociationConfig, score: PairScore | None = None) -> None:
         self._config = config
-        self._score = score or LikelihoodScore(config)
+        self.score = score or LikelihoodScore(config)
 
     def associate(
         self, tracks: TrackTable, predictions: Predictions, hypotheses: Hypotheses, observations: Observations
     ) -> list[tuple[int, int]]:
         """Return pairs of track and box, see `Associator.associate`."""
-        cost, admissible = self._score(tracks, predictions, hypotheses, observations)
+        cost, admissible = self.score(tracks, predictions, hypotheses, observations)
         rounds = rounds_of(tracks)
         free = np.ones(len(observations), dtype=np.bool_)
         pairs: list[tuple[int, int]] = []

@@ -6,6 +6,7 @@ from luxloop.scenarios.document.document import Document
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.report.html.birdseye import birdseye
 from luxloop.scenarios.report.html.error_figures import COVARIATES, errors_against, errors_by_class, observations
+from luxloop.scenarios.report.html.file_figures import file_figures
 from luxloop.scenarios.report.html.fit_figures import heading_distribution
 from luxloop.scenarios.report.html.frame_player import near, player
 from luxloop.scenarios.report.html.frame_points import frame_points
@@ -35,6 +36,8 @@ def run_page(folder: Path) -> Document:
 def run_figures(run: ReportedRun) -> RunFigures:
     """Return the figures of a run."""
     result = run.result
+    if "files" in result.config:
+        return RunFigures(tracks=file_figures(result))
     shown, ego = shown_frames(result, run.worst, PICTURES, PICTURES_MOST), ego_poses(result)
     points = frame_points(run.folder, result, near(shown, ego))
     marked = list(shown.values())

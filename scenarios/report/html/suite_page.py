@@ -141,9 +141,9 @@ def _all(runs: Sequence[RunSection]) -> Table:
     for one in runs:
         run, checks = one.run, one.run.checks
         held = f"{sum(check.holds for check in checks)}/{len(checks)}"
-        name = Span(one.name, link=f"#{one.name}")
+        link = Span(one.name, link=f"#{one.name}")
         duration = f"{run.result.config['duration_s']:.1f} s"
-        table.add_row(name, run.family, _badges(run), held, *run.headlines.values(), duration)
+        table.add_row(link, run.family, _badges(run), held, *run.headlines.values(), duration)
     return table
 
 

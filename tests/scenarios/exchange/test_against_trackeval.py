@@ -98,12 +98,12 @@ def test_errors_of_pairs_are_those_of_hand_made_boxes(tmp_path, capsys):
     metrics = run(tmp_path, truth, tracks, capsys)
     expected = {
         "position_abs_mean_m": 0.5, "length_abs_mean_m": 0.5, "width_abs_mean_m": 0.3,
-        "heading_abs_mean_deg": np.degrees(2 * np.pi - 6.2), "iou_mean": overlap(truth[0], tracks[0]),
+        "orientation_abs_mean_deg": np.degrees(2 * np.pi - 6.2), "iou_mean": overlap(truth[0], tracks[0]),
     }  # fmt: skip
     for name, value in expected.items():
         assert metrics[f"track.{name}"]["value"] == pytest.approx(value, abs=1e-9), name
         assert metrics[f"track.{name}"]["n"] == 3
-    missing = {name: metric["reason"] for name, metric in metrics.items() if metric["value"] is None}
-    assert missing == {
-        "track.velocity_abs_mean_mps": "a.csv has no velocities", "track.height_abs_mean_m": "a.csv has no heights"
-    }  # fmt: skip
+    reasons = {metric["reason"] for metric in metrics.values() if metric["value"] is None}
+    lacking = {f"a.csv has no {what}" for what in ("velocities", "heights", "times", "numbers of points")}
+    assert reasons == {*lacking, "no graded vehicle was longer than 6 m"}
+    assert metrics["track.heading_abs_mean_deg"]["reason"] == "a.csv has no velocities"

@@ -12,6 +12,10 @@ from luxloop.scenarios.run import run_folder
 HEAD = "x_m,y_m,heading_rad,length_m,width_m"
 TRUTH = f"frame,id,{HEAD}\n0,a,10,5,0,4,2\n0,b,30,5,0,4,2\n1,a,10,5,0,4,2\n"
 """The nearest corner of car a is (8, 4)."""
+FIGURES = [
+    f"fit.{name}"
+    for name in ("heading_mean_deg", "heading_std_deg", "heading_abs_mean_deg", "position_abs_mean_m", "iou_mean")
+]
 EGO = "x_ego_m,y_ego_m,heading_ego_rad,length_m,width_m"
 
 
@@ -44,18 +48,18 @@ def test_figures_by_hand(tmp_path, capsys):
     a, b = box_files.write(tmp_path, "a.csv", TRUTH), box_files.write(tmp_path, "b.csv", FITS)
     found = graded(capsys, "--truth", a, "--fits", b)["fits"]
     assert (found["fits"], found["on_no_true_box"]) == (5, 1)
-    values = {method: [each["value"] for each in row.values()] for method, row in found["methods"].items()}
+    values = {method: [row[name]["value"] for name in FIGURES] for method, row in found["methods"].items()}
     assert values["turned"][:4] == pytest.approx([-1.0, 3.0, 3.0, 0.0], abs=1e-9)
     assert values["moved"] == pytest.approx([0.0, 0.0, 0.0, 0.35, (7.4 / 8.6 + 6.4 / 9.6) / 2], abs=1e-9)
-    assert [row["iou_mean"]["n"] for row in found["methods"].values()] == [2, 2]
+    assert [row["fit.iou_mean"]["n"] for row in found["methods"].values()] == [2, 2]
 
 
 def test_a_fit_on_a_box_outside_a_limit_is_left_out(tmp_path, capsys):
     counted = "\n".join(f"{row},{points}" for row, points in zip(TRUTH.split(), ("points", 9, 9, 2), strict=True))
     a, b = box_files.write(tmp_path, "a.csv", counted), box_files.write(tmp_path, "b.csv", FITS)
     found = graded(capsys, "--truth", a, "--fits", b, "--points-min", "3")["fits"]["methods"]
-    assert found["turned"]["heading_mean_deg"]["value"] == pytest.approx(2.0)
-    assert found["moved"]["position_abs_mean_m"]["value"] == pytest.approx(0.3)
+    assert found["turned"]["fit.heading_mean_deg"]["value"] == pytest.approx(2.0)
+    assert found["moved"]["fit.position_abs_mean_m"]["value"] == pytest.approx(0.3)
 
 
 def test_fits_and_tracks_are_graded_together_and_printed(tmp_path, capsys):
@@ -65,7 +69,7 @@ def test_fits_and_tracks_are_graded_together_and_printed(tmp_path, capsys):
     )
     both = graded(capsys, "--truth", a, "--tracks", a, "--fits", b)
     assert both["metrics"]["track.hota"]["value"] == 1.0
-    assert both["fits"]["methods"]["all"]["heading_abs_mean_deg"]["n"] == 4
+    assert both["fits"]["methods"]["all"]["fit.heading_abs_mean_deg"]["n"] == 4
     assert main(["grade", "--truth", str(a), "--fits", str(b)]) == 0
     assert "5 fits, 1 of them on no true box" in capsys.readouterr().out
 
@@ -74,9 +78,9 @@ def test_nearest_corners_are_unknown_in_world_axes(tmp_path, capsys):
     world = [text.replace(HEAD, EGO.replace("ego", "world")) for text in (TRUTH, FITS)]
     a, b = (box_files.write(tmp_path, name, text) for name, text in zip(("a.csv", "b.csv"), world, strict=True))
     found = graded(capsys, "--truth", a, "--fits", b)["fits"]["methods"]["turned"]
-    assert found["position_abs_mean_m"]["value"] is None
-    assert found["position_abs_mean_m"]["reason"].startswith("the positions are not about the ego")
-    assert found["heading_std_deg"]["value"] == pytest.approx(3.0)
+    assert found["fit.position_abs_mean_m"]["value"] is None
+    assert found["fit.position_abs_mean_m"]["reason"].startswith("the positions are not about the ego")
+    assert found["fit.heading_std_deg"]["value"] == pytest.approx(3.0)
 
 
 def test_fits_of_a_run_have_its_figures(tmp_path, capsys):
@@ -92,8 +96,9 @@ def test_fits_of_a_run_have_its_figures(tmp_path, capsys):
     expected = run_folder.read(run).metrics
     assert set(found["methods"]) == {"area", "closeness", "variance", "tlinkage", "refined"}
     for method, figures in found["methods"].items():
-        for name, metric in figures.items():
-            of_run = expected[f"fit.{name}{{method={method}}}"]
+        for name in FIGURES:
+            metric = figures[name]
+            of_run = expected[f"{name}{{method={method}}}"]
             assert (metric["value"], metric["n"]) == (pytest.approx(of_run.value, abs=1e-6), of_run.n), name
 
 

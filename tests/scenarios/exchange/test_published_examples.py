@@ -8,7 +8,7 @@ from support import box_files, devkit_averages
 from support.box_files import Box
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.exchange.distance_matching import (
+from luxloop.scenarios.grading.distance_matching import (
     RECALLS,
     WORST_MOTP_M,
     DistanceStep,

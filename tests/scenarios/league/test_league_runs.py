@@ -3,6 +3,7 @@
 import json
 import shutil
 import sqlite3
+import sys
 from contextlib import closing
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from support.optional import need
 need("league")
 
 from support import league_scenes
+from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.execute import execute
@@ -162,6 +164,50 @@ def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, t
     norfair = next(each for each in document["standings"] if each["tracker"] == "norfair")
     assert (norfair["runs"], norfair["failed"]) == (1, 1)
     assert "left seed 3" in (copy / "league.html").read_text(encoding="utf-8")
+
+
+EXAMPLES = ROOT / "docs" / "examples"
+
+
+def test_own_trackers_take_part_beside_the_shipped_one(league, tmp_path, capsys):
+    """A class in a file and the same tracker as a process have the same tracks, in the standings and on the page."""
+    out, own = tmp_path / "out", str(EXAMPLES / "nearest.py")
+    shutil.copytree(league[0] / "scans", out / "scans")
+    command = f"process:{sys.executable} {EXAMPLES / 'process' / 'nearest_process.py'}"
+    options = ["--trackers", f"{own}:Nearest", "--trackers", command, "--json"]
+    assert run(league[1][:1], out, *options) == 0
+    document = json.loads(capsys.readouterr().out)
+    found = {row["tracker"]: row for row in document["rows"]}
+    assert list(found) == [REFERENCE, "Nearest", "nearest_process.py"]
+    assert found["Nearest"]["trace_hash"] == found["nearest_process.py"]["trace_hash"] != found[REFERENCE]["trace_hash"]
+    assert document["trackers"][1] == f"{own}:Nearest"
+    assert "Tracks with a smoothed velocity" in (out / "league.html").read_text(encoding="utf-8")
+    assert (out / "runs" / "Nearest" / f"left-seed{SEED}" / "result.json").is_file()
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("mine.py:Mine", "--trackers mine.py:Mine: no file mine.py; give the path of a Python file"),
+        (
+            f"{EXAMPLES / 'nearest.py'}:Furthest",
+            f"--trackers {EXAMPLES / 'nearest.py'}:Furthest: Furthest is not there",
+        ),
+        ("process:no-such-program", "no-such-program"),
+        (
+            f"{EXAMPLES / 'nearest.py'}:Nearest,a.py:Nearest",
+            "another tracker is named Nearest, too; rename one of them",
+        ),
+    ],
+)
+def test_a_bad_own_tracker_is_one_line_before_anything_runs(spec, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(EXAMPLES / "nearest.py", "a.py")
+    assert main(["league", "t-junction", "--seeds", "1", "--trackers", spec]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["a.py"]
 
 
 def test_pooled_hota_of_one_run_is_its_metric(league):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from support import busy_street, faulty_stages, short_run
+from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare.stage_costs import stage_costs
@@ -15,7 +16,7 @@ from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, StageCost, find_out
 from luxloop.scenarios.report import text as report
 from luxloop.scenarios.report.blame_tables import OWN_DRIVES, answer, blame_report
-from luxloop.scenarios.run import loop
+from luxloop.scenarios.run import device, loop
 from luxloop.sim.scripted.scripted_source import ScriptedSource
 from luxloop.sim.source import TrafficEndedError
 
@@ -53,7 +54,7 @@ def test_a_planted_fault_is_blamed_on_its_stage(stage):
     """The fault changes its metrics, and no other oracle compensates half as much of it."""
     fault, caught_by = FAULTS[stage]
     text = SCENES.get(stage, busy_street.TEXT)
-    faulty = find_out(busy_street.scenario(text), *faulty_stages.plant(fault))
+    faulty = find_out(busy_street.scenario(text), faulty_stages.plant(fault))
     healthy = busy_street.blamed(text)
     for name in caught_by:
         metric = METRIC[name]
@@ -199,3 +200,66 @@ def test_values_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, capf
     out, err = capfd.readouterr()
     assert json.loads(out)["ended_early"] == "the ego left"
     assert "the figures are of the 5 frames until then" in err
+
+
+EXAMPLE = str(ROOT / "docs" / "examples" / "distance_score.py")
+
+
+def test_a_tracker_with_an_association_of_its_own_is_blamed(tmp_path, capsys):
+    """Its own association remains beneath the oracles of the other stages, and the truth replaces it."""
+    path = short_run.write(tmp_path, busy_street.TEXT)
+    assert main(["blame", str(path), "--tracker", f"{EXAMPLE}:tracker", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["tracker"].endswith("distance_score.py:tracker")
+    alone = loop.run(busy_street.scenario(), device.load(f"{EXAMPLE}:tracker"))
+    assert found["trace_hash"] == alone.trace_hash != busy_street.blamed().shipped.trace_hash
+    shipped = busy_street.blamed().by_truth[Stage.ASSOCIATION]
+    assert found["by_truth"]["association"]["track.hota"]["value"] == pytest.approx(
+        shipped["track.hota"].value, abs=0.05
+    )
+
+
+STAGES = """
+from luxloop.tracker.detection.detector import Detector
+from luxloop.tracker.records import Tracks
+from luxloop.tracker.tracker import Tracker
+
+class Boxes:
+    def __init__(self, config): self.real = Detector(config)
+    def check(self, scan): self.real.check(scan)
+    def step(self, scan, movers=None, long=None): return self.real.step(scan, movers, long)
+
+class Nothing:
+    def __init__(self, config): ...
+    def step(self, scan): return Tracks.from_boxes([], [], [], [])
+
+class Pairs:
+    def associate(self, *_): return []
+
+def boxes(config): return Tracker(config, Boxes(config))
+def pairs(config): return Tracker(config, associator=Pairs())
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("boxes", "its detector has no segment, link, fit and box, which oracles replace; derive it from"),
+        ("pairs", "its associator has no pair score, which oracles replace; derive it from"),
+        ("Nothing", "has none of the stages detector, associator, model_selection, track_management that oracles"),
+    ],
+)
+def test_a_tracker_without_a_stage_is_one_line_that_names_it(name, message, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    path = short_run.write(tmp_path, short_run.TEXT)
+    Path("mine.py").write_text(STAGES, encoding="utf-8")
+    assert main(["blame", str(path), "--tracker", f"mine.py:{name}"]) == 2
+    error = capfd.readouterr().err
+    assert error.startswith(f"luxloop: error: mine.py:{name}: {message}")
+    assert error.count("\n") == 1
+
+
+def test_another_process_has_no_stages(tmp_path, capfd):
+    path = short_run.write(tmp_path, short_run.TEXT)
+    assert main(["blame", str(path), "--tracker", "process:true"]) == 2
+    assert "oracles cannot replace the stages of another process" in capfd.readouterr().err

@@ -28,7 +28,7 @@ from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.tracker import merging
 from luxloop.tracker.detection.segmentation import sort_by_segment
 from luxloop.tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
-from luxloop.tracker.tracker import TrackerConfig
+from luxloop.tracker.tracker import Tracker, TrackerConfig
 from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.mma import MmaConfig
@@ -247,8 +247,8 @@ def test_the_shipped_tracker_can_be_combined_with_an_oracle():
 
 def test_a_bank_that_selects_no_model_has_no_oracle():
     with pytest.raises(DeviceError, match='method = "imm" selects no model'):
-        OracleTracker(TrackerConfig(mma=MmaConfig(method="imm")), [Stage.MODEL])
-    OracleTracker(TrackerConfig(mma=MmaConfig(method="imm")), [Stage.FIT])
+        OracleTracker(Tracker(TrackerConfig(mma=MmaConfig(method="imm"))), [Stage.MODEL])
+    OracleTracker(Tracker(TrackerConfig(mma=MmaConfig(method="imm"))), [Stage.FIT])
 
 
 def test_actors_are_segments_and_other_points_keep_theirs():

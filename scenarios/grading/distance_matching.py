@@ -16,14 +16,21 @@ not count; a recall that is not reached counts as 0 in AMOTA and as 2 m in AMOTP
 over gaps are preprocessing of the data set and not done here.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.clear_table import ClearTable
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.metrics.definitions import NO_VEHICLE
+from luxloop.scenarios.result import NOT_REPORTED
 
+NO_SCORE = f"{NOT_REPORTED} scores of its tracks"
+POSITION = ["x_world_m", "y_world_m"]
 NOT_MATCHED = -1
 
 
@@ -70,6 +77,60 @@ class DistanceCounts(NamedTuple):
         """Mean distance of the pairs [m]; NaN without any."""
         pairs = self.matches + self.switches
         return self.distance_m / pairs if pairs else float("nan")
+
+
+def grade(sheet: MetricSheet, clear: ClearTable, distance_max_m: float, filters: Mapping[str, str]) -> None:
+    """Enter AMOTA and AMOTP, as means over the classes of the vehicles.
+
+    Parameters
+    ----------
+    clear
+        Graded vehicles, and counted tracks with their `score` and class (`kind`).
+    distance_max_m
+        `GradingConfig.match_distance_m`.
+    filters
+        The classes to grade, if there is a filter.
+    """
+    vehicles, tracks = clear.vehicles, clear.tracks
+    found: list[RecallAverage] = []
+    scored = "score" in tracks and bool(tracks["score"].notna().all())
+    if scored:
+        score = track_scores(tracks["track_id"].to_numpy(), tracks["score"].to_numpy(np.float64))
+        for here, there in _by_class(vehicles, tracks, filters.get("class", "")):
+            steps, scores = _steps(vehicles[here], tracks[there], score[there])
+            found.append(average(recall_curve(steps, scores, distance_max_m)))
+    means = np.mean(found, axis=0).tolist() if found else [None, None]
+    for name, value in zip(("amota", "amotp_m"), means, strict=True):
+        sheet.write(f"track.{name}", value, len(vehicles), NO_VEHICLE if scored else NO_SCORE)
+
+
+def _by_class(vehicles: pd.DataFrame, tracks: pd.DataFrame, chosen: str) -> Iterator[tuple[Bools, Bools]]:
+    """Yield masks of the vehicles and tracks of each class, of all of them if one side has no classes."""
+    kind, label = (rows["kind"].to_numpy(np.str_) for rows in (vehicles, tracks))
+    if not (kind != "").any() or not (label != "").any():
+        if len(kind):
+            yield np.ones(len(kind), np.bool_), np.ones(len(label), np.bool_)
+        return
+    for name in np.unique(kind):
+        if not chosen or name in chosen.split("|"):
+            yield kind == name, label == name
+
+
+def _steps(vehicles: pd.DataFrame, tracks: pd.DataFrame, score: Floats) -> tuple[list[DistanceStep], list[Floats]]:
+    """Return the distances of each frame, and the scores of its tracks."""
+    vehicles = vehicles.sort_values("frame", kind="stable")
+    tracks = tracks.assign(score=score).sort_values("frame", kind="stable")
+    vehicle, track = (rows[POSITION].to_numpy(np.float64) for rows in (vehicles, tracks))
+    actor_id, track_id = vehicles["actor_id"].to_numpy(), tracks["track_id"].to_numpy()
+    frames = np.unique(np.concatenate([vehicles["frame"], tracks["frame"]]))
+    row, column = (np.searchsorted(rows["frame"], [*frames, np.inf]) for rows in (vehicles, tracks))
+    steps, scores = [], []
+    for k in range(len(frames)):
+        a, b = slice(row[k], row[k + 1]), slice(column[k], column[k + 1])
+        apart = vehicle[a, None] - track[None, b]
+        steps.append(DistanceStep(actor_id[a], track_id[b], np.hypot(apart[..., 0], apart[..., 1])))
+        scores.append(tracks["score"].to_numpy(np.float64)[b])
+    return steps, scores
 
 
 def match_frames(steps: Iterable[DistanceStep], distance_max_m: float) -> Iterator[DistanceMatch]:

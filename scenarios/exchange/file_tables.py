@@ -1,0 +1,193 @@
+"""Truth and tracks of files as the tables of a run, so that metrics, filters and reports are the same."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.exchange.box_table import BoxTable
+from luxloop.scenarios.exchange.paired_frames import BoxLimits, FramePairs, left_out, matched
+from luxloop.scenarios.grading import fit_errors, frame_tables
+from luxloop.scenarios.grading.distance_matching import NOT_MATCHED, DistanceStep, match_frames
+from luxloop.scenarios.grading.frame_tables import Schema, TableBuilder
+from luxloop.scenarios.grading.matching import TrackVerdict
+from luxloop.scenarios.grading.plane_geometry import iou, iou_table, wrap
+from luxloop.sensor_model.truth import NO_ACTOR
+from luxloop.sim.modes import ModeLimits
+from luxloop.tracker.records import MODELS, Status
+
+STANDING_BELOW_MPS = 0.5 * (ModeLimits().stands_below_mps + ModeLimits().moves_from_mps)
+"""[m/s] Slower vehicles are standing: the limit of a vehicle in its first frame in runs."""
+
+
+class Pairing(NamedTuple):
+    """True boxes that the tracks are on."""
+
+    row: Ints
+    """(M,) row of the true box of each track, -1 for none."""
+    paired: Bools
+    """(M,) True for the pairs by distance, whose errors count."""
+
+
+def tables_of(pairs: FramePairs, limits: BoxLimits) -> dict[str, pd.DataFrame]:
+    """Return the tables of a run, those of the stages of a tracker without rows.
+
+    Errors are those of pairs by distance, as in nuScenes. A track that hits a box without such a pair is on it, too.
+    """
+    ignored, unjudged = left_out(pairs, limits)
+    pairing = _pair(pairs, ~ignored, ~unjudged, limits)
+    return {
+        **of_stages(),
+        "truth": truth_table(pairs, ~ignored).assign(track_id=_followers(pairs, pairing)),
+        "tracks": _tracks(pairs, pairing, unjudged),
+        "overlaps": _overlaps(pairs),
+    }
+
+
+def of_stages() -> dict[str, pd.DataFrame]:
+    """Return the tables of a run without a row."""
+    found = {name: TableBuilder(schema).build() for name, schema in frame_tables.SCHEMAS.items()}
+    return {**found, "fits": fit_errors.measure(found["fits"])}
+
+
+def _pair(pairs: FramePairs, graded: Bools, judged: Bools, limits: BoxLimits) -> Pairing:
+    """Return the true box of each judged track: by distance, and else by overlap."""
+    steps = [(true[graded[true]], tracked[judged[tracked]]) for true, tracked in pairs.steps()]
+    near = (DistanceStep(pairs.truth_id[a], pairs.track_id[b], _distances(pairs, a, b)) for a, b in steps)
+    row = np.full(len(pairs.tracks), NOT_MATCHED)
+    for (true, tracked), match in zip(steps, match_frames(near, limits.match_distance_m), strict=True):
+        pair = match.track != NOT_MATCHED
+        row[tracked[match.track[pair]]] = true[pair]
+    paired = row != NOT_MATCHED
+    for true, tracked in steps:
+        true, tracked = np.setdiff1d(true, row[tracked]), tracked[~paired[tracked]]
+        overlap = iou_table(pairs.truth.boxes[true], pairs.tracks.boxes[tracked])
+        hit, column = matched(overlap, limits.hit_iou_min)
+        row[tracked[column]] = true[hit]
+    return Pairing(row, paired)
+
+
+def _followers(pairs: FramePairs, pairing: Pairing) -> Ints:
+    """(N,) id of the track on each true box, -1 for none."""
+    found, on = np.full(len(pairs.truth), NO_ACTOR), np.flatnonzero(pairing.row >= 0)
+    found[pairing.row[on]] = pairs.track_id[on]
+    return found
+
+
+def _distances(pairs: FramePairs, true: Ints, tracked: Ints) -> Floats:
+    """(t, k) distances of the centres of true boxes (t,) and tracks (k,), given by their rows [m]."""
+    apart = pairs.truth.boxes[true, None, :2] - pairs.tracks.boxes[None, tracked, :2]
+    found: Floats = np.hypot(apart[..., 0], apart[..., 1])
+    return found
+
+
+def truth_table(pairs: FramePairs, graded: Bools) -> pd.DataFrame:
+    """Return the table of true boxes; `graded` (N,) are those that count."""
+    table = pairs.truth
+    columns = {
+        **_boxes(pairs, table, pairs.truth_frame),
+        "actor_id": pairs.truth_id,
+        "name": table.id,
+        "kind": _classes(table),
+        "mode": _modes(table),
+        "yaw_rate_radps": np.zeros(len(table)),  # unknown; the centre, where velocities apply, does not feel it
+        "points": np.full(len(table), NO_ACTOR) if table.points is None else table.points,
+        "graded": graded,
+        "track_id": np.full(len(table), NO_ACTOR),
+    }
+    return filled(frame_tables.TRUTH, columns)
+
+
+def _tracks(pairs: FramePairs, pairing: Pairing, unjudged: Bools) -> pd.DataFrame:
+    table, on, row = pairs.tracks, pairing.row >= 0, pairing.row
+    verdict = np.where(on, TrackVerdict.GRADED, np.where(unjudged, TrackVerdict.UNGRADED, TrackVerdict.FALSE))
+    error, overlap, height = (np.full(len(table), np.nan) for _ in range(3))
+    true, box = pairs.truth.boxes[row[on]], table.boxes[on]
+    error[on], overlap[on] = np.degrees(wrap(box[:, 2] - true[:, 2])), iou(true, box)
+    if table.height_m is not None and pairs.truth.height_m is not None:
+        height[on] = table.height_m[on] - pairs.truth.height_m[row[on]]
+    columns = {
+        **_boxes(pairs, table, pairs.track_frame),
+        "track_id": pairs.track_id,
+        "status": _category([Status.CONFIRMED] * len(table), frame_tables.TRACKS["status"]),
+        "verdict": _category(verdict, frame_tables.TRACKS["verdict"]),
+        "actor_id": np.append(pairs.truth_id, NO_ACTOR)[row],
+        "true_mode": _category(np.append(_modes(pairs.truth).codes, -1)[row], MODELS),
+        "iou": overlap,
+        "heading_error_deg": error,
+        "judged": pairing.paired,
+        # Positions and velocities are those of the centre, not of a corner.
+        "corner_along": np.zeros(len(table)),
+        "corner_across": np.zeros(len(table)),
+        "score": np.full(len(table), np.nan) if table.score is None else table.score,
+        "height_error_m": height,
+        "kind": _classes(table),
+    }
+    return filled(frame_tables.TRACKS, columns)
+
+
+def _overlaps(pairs: FramePairs) -> pd.DataFrame:
+    """Return all pairs of boxes that overlap."""
+    found: list[tuple[Ints, Ints, Floats]] = [(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))]
+    for true, tracked in pairs.steps():
+        overlap = iou_table(pairs.truth.boxes[true], pairs.tracks.boxes[tracked])
+        row, column = np.nonzero(overlap)
+        found.append((true[row], tracked[column], overlap[row, column]))
+    true, tracked, overlap = (np.concatenate([part[k] for part in found]) for k in range(3))
+    columns = {
+        "frame": pairs.truth_frame[true], "time_s": _times(pairs.truth)[true], "actor_id": pairs.truth_id[true],
+        "track_id": pairs.track_id[tracked], "iou": overlap,
+    }  # fmt: skip
+    return pd.DataFrame(columns)
+
+
+def _boxes(pairs: FramePairs, table: BoxTable, frame: Ints) -> dict[str, npt.NDArray[Any]]:
+    """Return frame, box, velocity and range; the axes are those of the files, whatever the columns are called."""
+    boxes = table.boxes
+    velocity = np.full((len(table), 2), np.nan) if table.velocity is None else table.velocity
+    return {
+        "frame": frame, "time_s": _times(table),
+        "x_world_m": boxes[:, 0], "y_world_m": boxes[:, 1], "yaw_world_rad": boxes[:, 2],
+        "length_m": boxes[:, 3], "width_m": boxes[:, 4],
+        "vx_world_mps": velocity[:, 0], "vy_world_mps": velocity[:, 1],
+        "range_m": np.hypot(boxes[:, 0], boxes[:, 1]) if pairs.about_ego else np.full(len(table), np.nan),
+    }  # fmt: skip
+
+
+def _times(table: BoxTable) -> Floats:
+    return np.full(len(table), np.nan) if table.time_s is None else table.time_s
+
+
+def _classes(table: BoxTable) -> npt.NDArray[np.object_]:
+    """(N,) name of the class of each box, empty without one."""
+    return np.full(len(table), "", object) if table.kind is None else table.kind.astype(object)
+
+
+def _modes(table: BoxTable) -> pd.Categorical:
+    """(N,) standing or not, from the velocity; unknown without one. No metric of files tells moving modes apart."""
+    speed = np.full(len(table), np.nan) if table.velocity is None else np.hypot(*table.velocity.T)
+    return _category(np.where(np.isnan(speed), -1, speed >= STANDING_BELOW_MPS), MODELS)
+
+
+def _category(codes: Any, names: Any) -> pd.Categorical:
+    return pd.Categorical.from_codes(np.asarray(codes, np.int64), list(names))
+
+
+UNKNOWN: Mapping[Any, Any] = {np.float64: np.nan, np.int64: NO_ACTOR, np.bool_: False, np.str_: ""}
+"""Value of columns that files lack, by their type."""
+
+
+def filled(schema: Schema, columns: Mapping[str, Any]) -> pd.DataFrame:
+    """Return a table with these columns, and those of the schema that are not among them."""
+    count = len(columns["frame"])
+    missing = {
+        name: pd.Categorical.from_codes(np.full(count, -1), list(kind))
+        if isinstance(kind, tuple)
+        else np.full(count, UNKNOWN[kind])
+        for name, kind in schema.items()
+        if name not in columns
+    }
+    return pd.DataFrame({**columns, **missing})
