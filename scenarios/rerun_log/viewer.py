@@ -6,13 +6,14 @@ this is not possible.
 
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from luxloop.scenarios.errors import InputError
@@ -83,15 +84,25 @@ def show(recording: Path, at_s: float | None, *, web: bool = False, analytics: b
     """
     port = _free_port()
     command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", "--port", str(port), str(recording)]
-    with (
-        viewer_environment(analytics) as environment,
-        subprocess.Popen(command + ["--web-viewer"] * web, env=environment) as viewer,
-    ):
+    if web:
+        command += ["--web-viewer", "--web-viewer-port", str(_free_port())]
+    with viewer_environment(analytics) as environment, _started(command, environment) as viewer:
         if at_s is not None and not web:
             deadline = time.monotonic() + LOADING_S
             while viewer.poll() is None and time.monotonic() < deadline and not set_time_cursor(port, at_s):
                 time.sleep(POLL_S)
         return viewer.wait()
+
+
+@contextmanager
+def _started(command: list[str], environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """Start the viewer, and end it with this process: a signal to this process does not reach the viewer."""
+    with subprocess.Popen(command, env=environment, start_new_session=True) as viewer:
+        try:
+            yield viewer
+        finally:
+            with suppress(ProcessLookupError):  # it is closed
+                os.killpg(viewer.pid, signal.SIGTERM)
 
 
 @contextmanager

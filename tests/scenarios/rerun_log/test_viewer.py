@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -98,3 +99,30 @@ def test_real_viewer_opens_at_the_time(tmp_path):
         if shown.poll() is None:
             os.killpg(shown.pid, signal.SIGTERM)
             shown.wait(timeout=20)
+
+
+def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_commands(tmp_path):
+    """SIGTERM to `luxloop view` ends the viewer, which is a process of another process."""
+    short_run.run(record_to=tmp_path / "short.rrd")
+    command = [sys.executable, "-m", "luxloop", "view", str(tmp_path / "short.rrd"), "--web"]
+    environment = {**os.environ, "BROWSER": "true", "RUST_LOG": "info"}  # a recording turns messages off
+    shown = [subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) for _ in range(2)]
+    ports = [_port_of_page(each) for each in shown]
+    assert len(set(ports)) == 2
+    for each in shown:
+        each.terminate()
+    assert [each.wait(timeout=60) for each in shown] == [143, 143]
+    deadline = time.monotonic() + START_S
+    while any(map(_is_served, ports)) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not any(map(_is_served, ports))
+
+
+def _port_of_page(shown):
+    hosted = (re.search(r"web-viewer at http://127\.0\.0\.1:(\d+)", line) for line in shown.stderr)
+    return int(next(filter(None, hosted))[1])
+
+
+def _is_served(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
