@@ -8,7 +8,9 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from support import short_run
@@ -106,12 +108,14 @@ def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_comm
     short_run.run(record_to=tmp_path / "short.rrd")
     command = [sys.executable, "-m", "luxloop", "view", str(tmp_path / "short.rrd"), "--web"]
     environment = {**os.environ, "BROWSER": "true", "RUST_LOG": "info"}  # a recording turns messages off
-    shown = [subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) for _ in range(2)]
-    ports = [_port_of_page(each) for each in shown]
+    with ExitStack() as ended:
+        start = partial(subprocess.Popen, command, stderr=subprocess.PIPE, text=True, env=environment)
+        shown = [ended.enter_context(start()) for _ in range(2)]
+        ports = [_port_of_page(each) for each in shown]
+        for each in shown:
+            each.terminate()
     assert len(set(ports)) == 2
-    for each in shown:
-        each.terminate()
-    assert [each.wait(timeout=60) for each in shown] == [143, 143]
+    assert [each.returncode for each in shown] == [143, 143]
     deadline = time.monotonic() + START_S
     while any(map(_is_served, ports)) and time.monotonic() < deadline:
         time.sleep(0.1)
