@@ -114,8 +114,8 @@ def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_comm
         ports = [_port_of_page(each) for each in shown]
         for each in shown:
             each.terminate()
+        assert [each.wait(timeout=60) for each in shown] == [143, 143]
     assert len(set(ports)) == 2
-    assert [each.returncode for each in shown] == [143, 143]
     deadline = time.monotonic() + START_S
     while any(map(_is_served, ports)) and time.monotonic() < deadline:
         time.sleep(0.1)
