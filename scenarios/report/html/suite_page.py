@@ -141,9 +141,9 @@ def _all(runs: Sequence[RunSection]) -> Table:
     for one in runs:
         run, checks = one.run, one.run.checks
         held = f"{sum(check.holds for check in checks)}/{len(checks)}"
-        link = Span(one.name, link=f"#{one.name}")
+        linked = Span(one.name, link=f"#{one.name}")
         duration = f"{run.result.config['duration_s']:.1f} s"
-        table.add_row(link, run.family, _badges(run), held, *run.headlines.values(), duration)
+        table.add_row(linked, run.family, _badges(run), held, *run.headlines.values(), duration)
     return table
 
 
@@ -157,8 +157,8 @@ def _known(runs: Sequence[RunSection]) -> Table:
     for one in runs:
         for check in one.run.checks:
             if check.outcome == "known failure":
-                name, reason = Span(one.name, link=f"#{one.name}"), str(check.limit.known_failure)
-                table.add_row(name, check.name, with_unit(check.metric), str(check.limit), reason)
+                linked, reason = Span(one.name, link=f"#{one.name}"), str(check.limit.known_failure)
+                table.add_row(linked, check.name, with_unit(check.metric), str(check.limit), reason)
     return table
 
 
