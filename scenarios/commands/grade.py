@@ -76,9 +76,9 @@ def grade(
     if tracks and tracker:
         raise InputError("--tracks and --tracker are both given; give one, or none for the run's own tracks")
     if run is None:
-        _refuse_options({"--tracker": tracker, "--scenario": scenario, "--out": out}, "needs RUN")
+        _refuse_options({"--tracker": tracker, "--scenario": scenario}, "needs RUN")
         limits = (hit_iou, gospa_cutoff, points_min, range_max, occluded_max)
-        grade_files(truth, tracks, fits, (truth_format, tracks_format), classes, limits, as_json)
+        grade_files(truth, tracks, fits, (truth_format, tracks_format), classes, limits, out, as_json)
         return
     of_files = {"--truth": truth, "--fits": fits, "--truth-format": truth_format, "--tracks-format": tracks_format}
     other_limits = {

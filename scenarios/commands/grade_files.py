@@ -34,6 +34,7 @@ def grade_files(
     formats: "tuple[str | None, str | None]",
     classes: str | None,
     given: Limits,
+    out: Path | None,
     as_json: bool,
 ) -> None:
     """Grade a file of tracks, of fits, or both, against a file of true boxes, and print the result.
@@ -51,6 +52,8 @@ def grade_files(
         raise InputError("give RUN, or both of --truth FILE and --tracks FILE (or --fits FILE)")
     if formats[1] and tracks is None:
         raise InputError("--tracks-format: there are no tracks; give --tracks FILE, or leave it out")
+    if out and tracks is None:
+        raise InputError("--out: there are no tracks, and fits have no page; give --tracks FILE, or leave it out")
     limits = _limits(given)
     from luxloop.scenarios.exchange import graded_boxes, graded_fits
     from luxloop.scenarios.report import text
@@ -63,6 +66,8 @@ def grade_files(
         both = (known, _format("--tracks-format", formats[1], tracks))
         graded = graded_boxes.GradedBoxes.of(truth, tracks, both, names, limits)
         document, printed = graded_boxes.document(graded), [file_document(graded.result)]
+        if out:
+            graded.result.save(out)
     if fits:
         of_fits = graded_fits.GradedFits.of(truth, fits, known, names, limits)
         document |= {"truth": str(truth), "fits": graded_fits.document(of_fits)}
@@ -72,6 +77,8 @@ def grade_files(
         return
     for report in printed:
         text.show(report)
+    if out:
+        print(f"Results are in {out}; luxloop report {out}: a page with figures")
 
 
 def _limits(given: Limits) -> "BoxLimits":

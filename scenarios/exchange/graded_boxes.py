@@ -110,7 +110,8 @@ def _result(pairs: FramePairs, limits: BoxLimits, classes: tuple[str, ...], warn
         config={
             "description": f"Tracks of {tracks} against true boxes of {truth}.",
             "reason": "",
-            "files": {"truth": str(truth), "limits": asdict(limits), "classes": list(classes), "missing": missing},
+            "files": {"truth": str(truth), "limits": asdict(limits), "classes": list(classes)},
+            "missing": missing,
             "grading": asdict(limits.grading),
             "expect": {},
             "control": None,

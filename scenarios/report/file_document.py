@@ -45,12 +45,12 @@ HEADLINES = {
 
 def file_document(result: Result, figures: Sequence[Figure] = ()) -> Document:
     """Return a grading of files as a document."""
-    first, *more = figures or [None]
+    first, more = figures[:1], figures[1:]
     files, missing = result.config["files"], without_value(result)
     limits = {name: value for name, value in files["limits"].items() if value is not None}
     graded = "Graded with " + ", ".join(f"{name} = {value:g}" for name, value in limits.items())
     sections = [
-        Section("tracks", "Tracks", [*(one for one in more if one), *tables(result)]),
+        Section("tracks", "Tracks", [*more, *tables(result)]),
         Section("bands", "By class and range", by_band(result)),
         Section("missing", "Metrics without a value", missing),
         Section("limits", "Limits", [Paragraph(graded, "dim")]),
@@ -61,7 +61,7 @@ def file_document(result: Result, figures: Sequence[Figure] = ()) -> Document:
         lead=[
             Paragraph(_header(result)),
             *(Paragraph(f"Warning: {warning}", "warn") for warning in result.warnings),
-            *([first] if first else []),
+            *first,
             Facts({name: with_unit(result.metrics[metric]) for metric, name in HEADLINES.items()}, large=True),
         ],
         sections=[section for section in sections if section.blocks],
@@ -82,7 +82,7 @@ def answer(result: Result) -> Answer:
 
 def bands(result: Result) -> list[dict[str, str]]:
     """Return the filters by the classes of the truth, and by range, as far as they are known."""
-    missing, kinds = result.config["files"]["missing"], result.metrics.run.vehicle.table["kind"]
+    missing, kinds = result.config["missing"], result.metrics.run.vehicle.table["kind"]
     of_class = [] if "class" in missing else [{"class": name} for name in sorted(set(kinds))]
     return of_class if "range" in missing else [*of_class, *({"range": band} for band in RANGE_BANDS)]
 
