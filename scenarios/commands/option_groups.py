@@ -10,7 +10,7 @@ from typing import Any
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that has the fields of its dataclass parameters as options."""
     parameters = signature(command).parameters.values()
-    groups = {one.name: one.annotation for one in parameters if is_dataclass(one.annotation)}
+    groups: dict[str, Any] = {one.name: one.annotation for one in parameters if is_dataclass(one.annotation)}
     options = [option for one in parameters for option in _options(one)]
 
     @wraps(command)
