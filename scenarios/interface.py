@@ -15,6 +15,7 @@ from luxloop.scenarios.oracle.stage import Stage
 
 if TYPE_CHECKING:
     from luxloop.scenarios.compare.comparison import Comparison
+    from luxloop.scenarios.exchange.paired_frames import BoxLimits
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.files.shipped import Entry
     from luxloop.scenarios.result import Result
@@ -165,6 +166,92 @@ def load_result(folder: str | Path) -> "Result":
     from luxloop.scenarios.run import run_folder
 
     return run_folder.read(Path(folder))
+
+
+def grade(
+    run: str | Path,
+    *,
+    tracks: str | Path | None = None,
+    tracker: str | None = None,
+    scenario: str | None = None,
+    out: str | Path | None = None,
+    step_timeout_s: float = STEP_TIMEOUT_S,
+) -> "Result":
+    """Grade a run again without simulation, or a recording with true poses.
+
+    Parameters
+    ----------
+    run
+        Folder of a run or of a recording.
+    tracks, tracker
+        A file of tracks, or a tracker to run on the scans, as after `--tracker`; neither for the run's own tracks, or
+        for the shipped tracker on a recording.
+    scenario
+        Scenario whose `[grading]` and `[expect]` are used, by name or path.
+    out
+        Folder of the results; if left out, nothing is written.
+    step_timeout_s
+        As for `run`.
+
+    Raises
+    ------
+    luxloop.Error
+        Bad input, or a tracker that broke its contract.
+    """
+    from luxloop.scenarios.offline import regrade
+    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.recordings.graded_recording import grade_recording
+    from luxloop.scenarios.recordings.recording import Recording, is_recording
+    from luxloop.scenarios.recordings.track_recording import TRACKS
+
+    folder, file = Path(run), Path(tracks) if tracks else None
+    if is_recording(folder):
+        source: Recording | RecordedRun = Recording(folder)
+    elif (folder / TRACKS).is_file():
+        raise InputError(
+            f"{run}: results of luxloop track; grade the recording: luxloop grade RECORDING --tracks {folder / TRACKS}"
+        )
+    else:
+        source = RecordedRun.open(folder)
+    if out:
+        source.refuse_to_write_to(Path(out))
+    if isinstance(source, Recording):
+        result = grade_recording(folder, file, tracker, scenario, step_timeout_s)
+    else:
+        result = regrade.grade(source, file, tracker, scenario, step_timeout_s)
+    return result.save(out) if out else result
+
+
+def grade_boxes(
+    truth: str | Path,
+    tracks: str | Path,
+    *,
+    formats: tuple[str | None, str | None] = (None, None),
+    classes: Sequence[str] = (),
+    limits: "BoxLimits | None" = None,
+) -> "Result":
+    """Grade a file of tracks against a file of true boxes.
+
+    Parameters
+    ----------
+    truth, tracks
+        Files, see docs/formats.md.
+    formats
+        Names of their formats; None recognises one.
+    classes
+        Classes of the truth to grade; all if left out.
+    limits
+        Limits of the metrics.
+
+    Raises
+    ------
+    luxloop.Error
+        A file is not valid, or they do not belong together.
+    """
+    from luxloop.scenarios.exchange import graded_boxes
+    from luxloop.scenarios.exchange.paired_frames import BoxLimits
+
+    return graded_boxes.grade(Path(truth), Path(tracks), formats, tuple(classes), limits or BoxLimits())
 
 
 def compare(base: Runs, head: Runs, *, loss: float = STATED_LOSS) -> "Comparison":

@@ -1,11 +1,13 @@
 """`luxloop import`."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from luxloop.scenarios.commands.arguments import finite, require_of
+from luxloop.scenarios.commands.option_groups import grouped
 
 if TYPE_CHECKING:
     from luxloop.scenarios.recordings.ego_mount import EgoMount
@@ -13,6 +15,95 @@ if TYPE_CHECKING:
     from luxloop.sensor_model.rig.rig import Rig
 
 
+@dataclass(frozen=True, slots=True)
+class Mounting:
+    """Mounts of the LIDARs on the ego."""
+
+    rig: Annotated[str | None, typer.Option(metavar="FILE", help="Rig file with the mounts of the LIDARs.")] = None
+    mount: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="X,Y,Z[,YAW,PITCH,ROLL]",
+            help="Mount of a LIDAR in the ego frame [m, degrees], instead of a rig file; one per LIDAR.",
+        ),
+    ] = None
+    level: Annotated[
+        bool, typer.Option("--level", help="Take height, pitch and roll of the mounts from the ground in the scan.")
+    ] = False
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """What is read from the files."""
+
+    topic: Annotated[
+        list[str] | None, typer.Option(help="Topic of LIDAR points; one per LIDAR, in the order of the mounts.")
+    ] = None
+    odometry: Annotated[
+        str | None, typer.Option(metavar="TOPIC", help="Poses of the ego: TOPIC, or TOPIC:PARENT:CHILD of transforms.")
+    ] = None
+    truth: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TOPIC=L,W[,X,Y[,H]]",
+            help="True poses of a vehicle, its box, and the box's centre in their frame [m].",
+        ),
+    ] = None
+    sweep_time: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0, callback=finite, help="Duration of a sweep [s], where points have no times or wrong ones."
+        ),
+    ] = None
+    rate: Annotated[
+        float, typer.Option(min=0.001, callback=finite, help="Sweeps per second, where files have no times.")
+    ] = 10.0
+    metadata: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Metadata of an Ouster sensor (JSON), if not beside the capture."),
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """Points to keep."""
+
+    layers: Annotated[
+        str | None, typer.Option(metavar="DEG,DEG,...", help="Keep the rings nearest to these elevations [degrees].")
+    ] = None
+    heights: Annotated[
+        str | None,
+        typer.Option(metavar="M,M,...", help="Keep the points nearest to these heights above the ground [m]."),
+    ] = None
+    height_tolerance: Annotated[
+        float, typer.Option(min=0.001, callback=finite, help="Largest distance from --heights [m].")
+    ] = 0.08
+    azimuth_step: Annotated[
+        float, typer.Option(min=0.001, callback=finite, help="Azimuth step of --heights [degrees].")
+    ] = 0.5
+    keep_heights: Annotated[
+        str | None,
+        typer.Option(metavar="LOW,HIGH", help="Keep only points between these heights above the ground [m]."),
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Factors for model cars."""
+
+    scale_length: Annotated[float, typer.Option(callback=finite, help="Factor on all lengths, for model cars.")] = 1.0
+    scale_time: Annotated[
+        float, typer.Option(callback=finite, help="Factor on all times; the root of the other keeps accelerations.")
+    ] = 1.0
+
+
+NO_MOUNTING = Mounting()
+NO_SOURCES = Sources()
+NO_CUT = Cut()
+NO_SCALE = Scale()
+
+
+@grouped
 def import_(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files of one recording, of one format.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the recorded scans.")],
@@ -20,64 +111,10 @@ def import_(
         str | None,
         typer.Option("--format", help="One of {open_recording}; by the names of the files if left out."),
     ] = None,
-    rig: Annotated[str | None, typer.Option(metavar="FILE", help="Rig file with the mounts of the LIDARs.")] = None,
-    mount: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="X,Y,Z[,YAW,PITCH,ROLL]",
-            help="Mount of a LIDAR in the ego frame [m, degrees], instead of a rig file; one per LIDAR.",
-        ),
-    ] = None,
-    level: Annotated[
-        bool, typer.Option("--level", help="Take height, pitch and roll of the mounts from the ground in the scan.")
-    ] = False,
-    topic: Annotated[
-        list[str] | None, typer.Option(help="Topic of LIDAR points; one per LIDAR, in the order of the mounts.")
-    ] = None,
-    odometry: Annotated[
-        str | None, typer.Option(metavar="TOPIC", help="Poses of the ego: TOPIC, or TOPIC:PARENT:CHILD of transforms.")
-    ] = None,
-    truth: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="TOPIC=L,W[,X,Y[,H]]",
-            help="True poses of a vehicle, its box, and the box's centre in their frame [m].",
-        ),
-    ] = None,
-    layers: Annotated[
-        str | None, typer.Option(metavar="DEG,DEG,...", help="Keep the rings nearest to these elevations [degrees].")
-    ] = None,
-    heights: Annotated[
-        str | None,
-        typer.Option(metavar="M,M,...", help="Keep the points nearest to these heights above the ground [m]."),
-    ] = None,
-    height_tolerance: Annotated[
-        float, typer.Option(min=0.001, callback=finite, help="Largest distance from --heights [m].")
-    ] = 0.08,
-    azimuth_step: Annotated[
-        float, typer.Option(min=0.001, callback=finite, help="Azimuth step of --heights [degrees].")
-    ] = 0.5,
-    keep_heights: Annotated[
-        str | None,
-        typer.Option(metavar="LOW,HIGH", help="Keep only points between these heights above the ground [m]."),
-    ] = None,
-    sweep_time: Annotated[
-        float | None,
-        typer.Option(
-            min=0.0, callback=finite, help="Duration of a sweep [s], where points have no times or wrong ones."
-        ),
-    ] = None,
-    rate: Annotated[
-        float, typer.Option(min=0.001, callback=finite, help="Sweeps per second, where files have no times.")
-    ] = 10.0,
-    metadata: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Metadata of an Ouster sensor (JSON), if not beside the capture."),
-    ] = None,
-    scale_length: Annotated[float, typer.Option(callback=finite, help="Factor on all lengths, for model cars.")] = 1.0,
-    scale_time: Annotated[
-        float, typer.Option(callback=finite, help="Factor on all times; the root of the other keeps accelerations.")
-    ] = 1.0,
+    mounting: Mounting = NO_MOUNTING,
+    sources: Sources = NO_SOURCES,
+    cut: Cut = NO_CUT,
+    scale: Scale = NO_SCALE,
 ) -> None:
     """Make recorded scans of a recording: ROS bags, MCAP, PCD, KITTI .bin, Ouster captures, LUX streams."""
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
@@ -87,20 +124,20 @@ def import_(
 
     chosen = format_of(files, format_name)
     require_of("import", chosen)
-    rig_model, mounts = _mounts(rig, mount or [])
+    rig_model, mounts = _mounts(mounting.rig, mounting.mount or [])
     options = ImportOptions(
         mounts=tuple(mounts),
-        level=level,
-        cut=_cut(layers, heights, height_tolerance, azimuth_step),
-        odometry=odometry,
-        truth=tuple(TruthOption.parse(text) for text in truth or []),
-        heights_m=interval("--keep-heights", keep_heights) if keep_heights else None,
-        sweep_time_s=sweep_time,
-        scale_length=scale_length,
-        scale_time=scale_time,
+        level=mounting.level,
+        cut=_cut(cut),
+        odometry=sources.odometry,
+        truth=tuple(TruthOption.parse(text) for text in sources.truth or []),
+        heights_m=interval("--keep-heights", cut.keep_heights) if cut.keep_heights else None,
+        sweep_time_s=sources.sweep_time,
+        scale_length=scale.scale_length,
+        scale_time=scale.scale_time,
         files=tuple(path.name for path in files),
     )
-    source = open_recording(files, chosen, ReadOptions(tuple(topic or []), rate, metadata))
+    source = open_recording(files, chosen, ReadOptions(tuple(sources.topic or []), sources.rate, sources.metadata))
     found = import_recording(source, options, out, rig_model)
     print(
         f"{found.frames} scans of {found.duration_s:.1f} s, {found.points} points in {found.layers} layers, "
@@ -124,14 +161,14 @@ def _mounts(rig: str | None, mounts: list[str]) -> "tuple[Rig | None, list[EgoMo
     return None, [ego_mount.EgoMount.parse(text) for text in mounts]
 
 
-def _cut(
-    layers: str | None, heights: str | None, tolerance_m: float, step_deg: float
-) -> "ElevationCut | HeightCut | None":
+def _cut(cut: Cut) -> "ElevationCut | HeightCut | None":
     from luxloop.scenarios.errors import InputError
     from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut, numbers
 
-    if layers and heights:
+    if cut.layers and cut.heights:
         raise InputError("--layers and --heights are both given; give one, they choose layers in different ways")
-    if layers:
-        return ElevationCut(numbers("--layers", layers))
-    return HeightCut(numbers("--heights", heights), tolerance_m, step_deg) if heights else None
+    if cut.layers:
+        return ElevationCut(numbers("--layers", cut.layers))
+    if not cut.heights:
+        return None
+    return HeightCut(numbers("--heights", cut.heights), cut.height_tolerance, cut.azimuth_step)

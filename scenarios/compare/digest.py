@@ -14,7 +14,7 @@ from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 
-PROSE = ("description", "reason", "suite", "set", "metric", "ego")
+PROSE = ("description", "reason", "suite", "set", "metric", "ego", "missing")
 """Keys of a run's configuration without influence on its compared metrics; those that `--set` sets have it."""
 LIMITS = "expect"
 """Key of the expectations."""

@@ -29,7 +29,7 @@ def truth_sums(rows: VehicleRows, truth: pd.DataFrame) -> Floats:
     """Return the means (V, len(TRUTH)) of the truth table; actors that were never graded share the first row."""
     actor = truth["actor_id"]
     frames = rows.sum(actor)
-    named = [truth[name].to_numpy(np.float64) for name in TRUTH[1:-1]]
+    named = [np.nan_to_num(truth[name].to_numpy(np.float64)) for name in TRUTH[1:-1]]  # files may lack ranges
     used = {"frame", "actor_id", "name", *TRUTH, *TRACKER_COLUMNS}
     others = [_numbers(truth[name]) for name in truth.columns if name not in used]
     # Different weights, so that an exchange of two columns shows.

@@ -161,9 +161,9 @@ def _times(table: BoxTable) -> Floats:
     return np.full(len(table), np.nan) if table.time_s is None else table.time_s
 
 
-def _classes(table: BoxTable) -> npt.NDArray[np.object_]:
+def _classes(table: BoxTable) -> pd.Categorical:
     """(N,) name of the class of each box, empty without one."""
-    return np.full(len(table), "", object) if table.kind is None else table.kind.astype(object)
+    return pd.Categorical(np.full(len(table), "") if table.kind is None else table.kind)
 
 
 def _modes(table: BoxTable) -> pd.Categorical:

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -28,67 +28,41 @@ from luxloop.scenarios.run import versions
 from luxloop.scenarios.run.run_folder import metric_document
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class GradedBoxes:
-    """Metrics of a file of tracks."""
+def grade(
+    truth: Path, tracks: Path, formats: tuple[str | None, str | None], classes: tuple[str, ...], limits: BoxLimits
+) -> Result:
+    """Read both files and grade the tracks.
 
-    pairs: FramePairs
-    limits: BoxLimits
-    classes: tuple[str, ...]
-    """Classes that were graded; empty for all."""
-    result: Result
-
-    @classmethod
-    def of(
-        cls,
-        truth: Path,
-        tracks: Path,
-        formats: tuple[str | None, str | None],
-        classes: tuple[str, ...],
-        limits: BoxLimits,
-    ) -> "GradedBoxes":
-        """Read both files and grade the tracks.
-
-        Raises
-        ------
-        TracksError
-            A file is not valid, or they do not belong together.
-        """
-        found = [read(truth, "truth", formats[0]), read(tracks, "tracks", formats[1])]
-        if limits.range_max_m is not None:
-            found = [about_the_ego(of_file) for of_file in found]
-        tables = in_common_axes(found[0], found[1])
-        warnings = _warnings(*tables, bool(classes))
-        if classes:
-            tables = of_classes(*tables, list(classes))
-        pairs = pair_frames(*tables)
-        require_common_frames(pairs)
-        return cls(pairs, limits, classes, _result(pairs, limits, classes, warnings))
-
-    @property
-    def true_boxes(self) -> int:
-        """Number of graded true boxes."""
-        return len(self.result.metrics.run.vehicle)
-
-    @property
-    def track_boxes(self) -> int:
-        """Number of graded boxes of tracks."""
-        return len(self.result.metrics.run.clear.tracks)
+    Raises
+    ------
+    TracksError
+        A file is not valid, or they do not belong together.
+    """
+    found = [read(truth, "truth", formats[0]), read(tracks, "tracks", formats[1])]
+    if limits.range_max_m is not None:
+        found = [about_the_ego(of_file) for of_file in found]
+    tables = in_common_axes(found[0], found[1])
+    warnings = _warnings(*tables, bool(classes))
+    if classes:
+        tables = of_classes(*tables, list(classes))
+    pairs = pair_frames(*tables)
+    require_common_frames(pairs)
+    return _result(pairs, limits, classes, warnings)
 
 
-def document(graded: GradedBoxes) -> dict[str, Any]:
+def document(result: Result) -> dict[str, Any]:
     """Return a grading as JSON."""
-    metrics = graded.result.metrics
-    by_band = {filtered(name, **band): metrics.where(name, **band) for band in bands(graded.result) for name in BANDED}
+    metrics, files = result.metrics, result.config["files"]
+    by_band = {filtered(name, **band): metrics.where(name, **band) for band in bands(result) for name in BANDED}
     return {
-        "truth": str(graded.pairs.truth.source),
-        "tracks": str(graded.pairs.tracks.source),
-        "frames": graded.result.frames,
-        "true_boxes": graded.true_boxes,
-        "track_boxes": graded.track_boxes,
-        "limits": asdict(graded.limits),
-        "classes": list(graded.classes),
-        "warnings": list(graded.result.warnings),
+        "truth": files["truth"],
+        "tracks": result.config["device"],
+        "frames": result.frames,
+        "true_boxes": len(metrics.run.vehicle),
+        "track_boxes": len(metrics.run.clear.tracks),
+        "limits": files["limits"],
+        "classes": files["classes"],
+        "warnings": list(result.warnings),
         "metrics": {name: metric_document(metric) for name, metric in {**metrics, **by_band}.items()},
     }
 
@@ -110,7 +84,8 @@ def _result(pairs: FramePairs, limits: BoxLimits, classes: tuple[str, ...], warn
         config={
             "description": f"Tracks of {tracks} against true boxes of {truth}.",
             "reason": "",
-            "files": {"truth": str(truth), "limits": asdict(limits), "classes": list(classes), "missing": missing},
+            "files": {"truth": str(truth), "limits": asdict(limits), "classes": list(classes)},
+            "missing": missing,
             "grading": asdict(limits.grading),
             "expect": {},
             "control": None,

@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 
 from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import grader
 from luxloop.scenarios.grading.body_points import Ranging
@@ -17,7 +18,7 @@ from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.recorded_scans import RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run import own_metrics, progress, versions, warm_up
+from luxloop.scenarios.run import device, own_metrics, progress, versions, warm_up
 from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
@@ -150,3 +151,26 @@ class Regrader:
             config=config,
             versions={**run.versions, **here},
         )
+
+
+def grade(
+    run: RecordedRun, tracks: Path | None, tracker: str | None, scenario: str | None, step_timeout_s: float
+) -> Result:
+    """Grade a file of tracks on the scans of a run, a tracker, or without either the run's own tables.
+
+    Parameters
+    ----------
+    scenario
+        Scenario whose rules are used, by name or path; default those of the run.
+
+    Raises
+    ------
+    InputError, OutputError
+        As the methods of `Regrader`, or there is no such scenario or tracker.
+    """
+    regrader = Regrader(run, Scenario.load(shipped.find(scenario)) if scenario else run.scenario)
+    if tracks:
+        return regrader.track_file(tracks)
+    if tracker:
+        return regrader.tracker(device.load(tracker), tracker, step_timeout_s)
+    return regrader.tables()

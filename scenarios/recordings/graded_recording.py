@@ -9,7 +9,7 @@ import numpy as np
 
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files import shipped
-from luxloop.scenarios.files.expect import Check, Limit, check
+from luxloop.scenarios.files.expect import Limit
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.frame_grade import FrameGrade
@@ -167,7 +167,7 @@ def grade_recording(
     tracker: str | None,
     scenario: str | None,
     step_timeout_s: float = STEP_TIMEOUT_S,
-) -> tuple[Result, list[Check]]:
+) -> Result:
     """Grade tracks on a recording, or a tracker; without either, the shipped tracker.
 
     Parameters
@@ -194,8 +194,6 @@ def grade_recording(
     rules = rules_of(recording, scenario)
     if tracks:
         with guarded(TrackFile(tracks, recording.time_s).as_device, rules.tracker) as device_of_file:
-            result = grade_device(recording, device_of_file, rules, str(tracks), timed=False)
-    else:
-        name = tracker or device.SHIPPED
-        result = run_tracker(recording, device.load(name), rules, name, step_timeout_s=step_timeout_s)
-    return result, check(result.metrics, rules.expect, result.config["device"])
+            return grade_device(recording, device_of_file, rules, str(tracks), timed=False)
+    name = tracker or device.SHIPPED
+    return run_tracker(recording, device.load(name), rules, name, step_timeout_s=step_timeout_s)

@@ -82,7 +82,7 @@ def answer(result: Result) -> Answer:
 
 def bands(result: Result) -> list[dict[str, str]]:
     """Return the filters by the classes of the truth, and by range, as far as they are known."""
-    missing, kinds = result.config["files"]["missing"], result.metrics.run.vehicle.table["kind"]
+    missing, kinds = result.config["missing"], result.metrics.run.vehicle.table["kind"]
     of_class = [] if "class" in missing else [{"class": name} for name in sorted(set(kinds))]
     return of_class if "range" in missing else [*of_class, *({"range": band} for band in RANGE_BANDS)]
 

@@ -187,8 +187,8 @@ def _figures(document: dict[str, Any], tables: dict[str, pd.DataFrame]) -> Figur
     config = document["config"]
     complete = {name: with_added(name, table) for name, table in tables.items()}
     run = RunObservations(complete, GradingConfig(**config["grading"]), document["frames"])
-    if files := config.get("files"):
-        return Figures(run, known, of_files.why_not(files["missing"]), of_files.NAMES)
+    if "files" in config:
+        return Figures(run, known, of_files.why_not(config["missing"]), of_files.NAMES)
     recording = config.get("recording")
     return Figures(run, known, None if recording is None else of_recordings.why_not(bool(recording.get("truth"))))
 

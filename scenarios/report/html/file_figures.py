@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def file_figures(result: Result) -> list[Figure]:
     """Return the figures that the columns of the files allow, the most important first."""
-    known_times = "time" not in result.config["files"]["missing"]
+    known_times = "time" not in result.config["missing"]
     lines = [timelines(result.tables["truth"], 0.0, title="Tracks of each object")] if known_times else []
     return [main_metrics(result), positions(result), *lines]
 
@@ -50,7 +50,7 @@ def positions(result: Result) -> Figure:
     """Draw the places of the true boxes that tracks hit and miss, and of the false boxes."""
     clear = result.metrics.run.clear
     true, tracks = (rows[["x_world_m", "y_world_m"]].to_numpy(np.float64) for rows in (clear.vehicles, clear.tracks))
-    about = "about the ego" if "range" not in result.config["files"]["missing"] else "in the axes of the files"
+    about = "about the ego" if "range" not in result.config["missing"] else "in the axes of the files"
 
     def on(canvas: "Canvas") -> None:
         axes = canvas.subplots()

@@ -360,7 +360,7 @@ def test_a_comma_in_other_bytes_than_text_is_no_csv_file(tmp_path):
         (["run", "--truth", "a.csv"], "--truth cannot be given with RUN; give either RUN, or --truth FILE"),
         (["run", "--gospa-cutoff", "3"], "--gospa-cutoff cannot be given with RUN; give either RUN"),
         (["--truth", "a.csv", "--fits", "a.csv", "--tracks-format", "csv"], "--tracks-format: there are no tracks"),
-        (["--truth", "a.csv", "--tracks", "a.csv", "--out", "x"], "--out needs RUN; give either RUN, or --truth FILE"),
+        (["--truth", "a.csv", "--fits", "a.csv", "--out", "x"], "--out: there are no tracks, and fits have no page"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--hit-iou", "1"], "--hit-iou 1: should lie between 0 and 1"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--gospa-cutoff", "nan"], "Invalid value for '--gospa-cutoff': nan"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--truth-format", "bag"], "--truth-format bag: is none of csv"),
