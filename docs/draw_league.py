@@ -40,7 +40,7 @@ def summary(found: dict[str, Any], minutes: float | None) -> str:
     size = f"{len(found['scenarios'])} scenarios, seeds {seeds}, {found['duration_max_s']:g} s each"
     runs = f"{len(found['rows'])} runs: {size}"
     wall = f" They took {minutes:g} minutes on two cores." if minutes else ""
-    return f"{runs}.{wall} {found['lead']}"
+    return f"{runs}.{wall} {found['answer']}."
 
 
 def standings(found: dict[str, Any]) -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
+from luxloop.scenarios.document import html
 from luxloop.scenarios.report.html.run_page import run_page
 
 PICTURE = Path(__file__).parent / "pictures" / "report.png"
@@ -26,7 +27,7 @@ GAP = 16
 
 def main() -> None:
     """Write the picture: the beginning of the report, and the timelines beside it."""
-    page_text = run_page(Path(sys.argv[1]))
+    page_text = html.page(run_page(Path(sys.argv[1])))
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         path = Path(folder) / "report.html"
         path.write_text(page_text, encoding="utf-8")

@@ -88,8 +88,11 @@ def percent(comparison: Comparison) -> str:
 def _headline(changes: list[MetricChange], better: int) -> str:
     """Return the most important change in words; `better` is 0 for a loss and 1 for a gain."""
     important = list(SAID)
-    first = min(changes, key=lambda change: important.index(change.metric.name) if change.metric.name in SAID else 99)
+    known = [change for change in changes if change.verdict != "lost"] or changes
+    first = min(known, key=lambda change: important.index(change.metric.name) if change.metric.name in SAID else 99)
     name = first.metric.name
+    if first.verdict == "lost":
+        return f"has no {name}, which BASE has"
     words = SAID.get(name, (f"is worse in {name}", f"is better in {name}"))[better]
     return f"{words}: {_value(first, first.numbers.head)} instead of {_value(first, first.numbers.base)}"
 

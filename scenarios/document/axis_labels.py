@@ -1,5 +1,6 @@
 """Labels of axes that do not collide."""
 
+import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -10,14 +11,16 @@ if TYPE_CHECKING:
 
 GAP_PX = 2.0
 """Least gap between two labels, at 72 pixels per inch [px]."""
+LINE = 1.25
+"""Height of a line of text, as a multiple of the size of its letters."""
 SLANT_DEG = 35.0
 """Angle of labels that do not fit beside each other."""
 
 
 def separate_labels(canvas: "Canvas") -> None:
     """Slant the labels of a horizontal axis that collide, and hide every second one as long as any still do."""
-    if not canvas.axes:
-        return
+    if not any(len(axes.get_xticks()) or len(axes.get_yticks()) for axes in canvas.axes):
+        return  # a map
     canvas.draw_without_rendering()
     for axes in canvas.axes:
         if _collide(axes, "x"):
@@ -46,11 +49,12 @@ def _shown(axes: "Axes", side: str) -> "list[Text]":
 def _collide(axes: "Axes", side: str) -> bool:
     """Return True if two neighbouring labels of an axis overlap."""
     shown = _shown(axes, side)
-    slanted = bool(shown) and shown[0].get_rotation() != 0.0
-    if slanted:  # parallel lines of text: their distance across is what counts
-        at = [label.get_window_extent() for label in shown]
-        height = max(float(label.get_fontsize()) for label in shown) * axes.figure.dpi / 72.0
-        ends = sorted(box.x1 for box in at)
-        return any(later - former < height + GAP_PX for former, later in pairwise(ends))
+    if not shown:
+        return False
     boxes = [label.get_window_extent() for label in shown]
-    return any(one.padded(0.5 * GAP_PX).overlaps(other) for one, other in pairwise(boxes))
+    slant = math.radians(shown[0].get_rotation())
+    if not slant:
+        return any(one.padded(0.5 * GAP_PX).overlaps(other) for one, other in pairwise(boxes))
+    # Slanted labels are parallel lines of text that end below their ticks.
+    line = LINE * max(float(label.get_fontsize()) for label in shown) * axes.figure.dpi / 72.0
+    return any(abs(right.x1 - left.x1) * math.sin(slant) < line + GAP_PX for left, right in pairwise(boxes))

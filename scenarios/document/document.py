@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 LISTED = 8
-"""Items of a list in a terminal and in Markdown; a page has all of them."""
+"""Items of a list in Markdown, which a comment is made of; terminals and pages have all of them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,6 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from luxloop.scenarios.document.document import (
-    LISTED,
     Answer,
     Block,
     Bullets,
@@ -72,9 +71,7 @@ def _blocks(blocks: Sequence[Block]) -> Iterator[RenderableType]:
                 yield found
             case Bullets():
                 title = [Text(block.title, style="bold")] if block.title else []
-                more = len(block.items) - LISTED
-                rest = [Text(f"and {more} more", style="dim")] if more > 0 else []
-                yield Text("\n").join([*title, *map(text, block.items[:LISTED]), *rest])
+                yield Text("\n").join([*title, *map(text, block.items)])
             case Facts():
                 yield Text("; ".join(f"{name} {plain(value)}" for name, value in block.values.items()))
             case Preformatted():

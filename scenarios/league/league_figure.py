@@ -36,4 +36,4 @@ def hota_figure(found: Sequence[Standing]) -> Figure:
         axes.set(xlim=(0.0, 1.0), ylim=(len(shown) - 0.5, -0.7), xlabel="HOTA")
         axes.grid(visible=False, axis="y")
 
-    return Figure("hota", "HOTA of each tracker", CAPTION, (7.2, 0.9 + 0.42 * max(len(shown), 2)), on)
+    return Figure("hota", "HOTA of each tracker", CAPTION, (5.4, 0.9 + 0.36 * max(len(shown), 2)), on)

@@ -108,7 +108,7 @@ def lead(found: Sequence[Standing]) -> str:
         worse = [each for each in found if each.differences and each.differences["track.hota"].clear]
         return (
             f"The shipped tracker has the highest HOTA, {shipped.hota:.3f}; "
-            f"{len(worse)} of {len(found) - 1} differences exclude 0"
+            f"{len(worse)} of {len(found) - 1} others are behind beyond chance (95 %)"
         )
     return f"The shipped tracker is not the best: {first.tracker} has HOTA {first.hota:.3f}, it has {shipped.hota:.3f}"
 

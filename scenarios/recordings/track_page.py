@@ -99,7 +99,7 @@ MOST_DOTS = 12_000
 """Dots of a picture; more are thinned evenly."""
 SCANS_SHOWN = 3
 NOT_GRADED = "The recording has no true poses, so its tracks are not graded."
-WIDTH_IN = 10.0
+WIDTH_IN = 6.0
 """[inch] Width of the picture of the whole drive."""
 BOX = ["x_odom_m", "y_odom_m", "heading_odom_rad", "length_m", "width_m"]
 
@@ -144,8 +144,8 @@ def whole_drive(drive: Drive, tracks: pd.DataFrame) -> Figure:
         + ("; true paths are dashed." if any(map(len, drive.truth)) else ".")
     )
     span = np.ptp(np.vstack([*drive.points, np.array(drive.ego)[:, :2]]), axis=0)
-    height = float(np.clip(WIDTH_IN * span[1] / max(span[0], 1.0), 0.4 * WIDTH_IN, 1.2 * WIDTH_IN))
-    return Figure("drive", "Whole recording", caption, (WIDTH_IN, height), on, wide=True)
+    height = float(np.clip(WIDTH_IN * span[1] / max(span[0], 1.0), 0.3 * WIDTH_IN, 1.2 * WIDTH_IN))
+    return Figure("drive", "Whole recording", caption, (WIDTH_IN, height), on)
 
 
 def single_scans(drive: Drive, tracks: pd.DataFrame) -> list[Figure]:

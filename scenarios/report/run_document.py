@@ -96,7 +96,7 @@ def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document
     return Document(
         title=result.scenario,
         answer=answer(result, run.checks),
-        lead=[*header(result), *first, Facts(run.headlines, large=True)],
+        lead=[*first, Facts(run.headlines, large=True), *header(result)],
         sections=[section for section in sections if _shown(section)],
         name=f"{result.scenario}: {run.verdict}",
     )

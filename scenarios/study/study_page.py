@@ -90,7 +90,7 @@ def answer(sweep: Sweep) -> str:
     curve = curves[0]
     found = estimates(rows, curve.metric, curve.keys)
     known = found[found["n"] > 0].sort_values("value", kind="stable").to_dict("records")
-    name = label(sweep.study, curve.metric)
+    name = curve.metric
     if not known:
         return f"No run has a {name}; {ended}"
     low, high = (_point(sweep.study, curve, known[end]) for end in (0, -1))
@@ -99,8 +99,16 @@ def answer(sweep: Sweep) -> str:
 
 def _point(study: Study, curve: Curve, row: Mapping[Hashable, Any]) -> str:
     """Return the value of a point, and where it is."""
-    where = ", ".join(f"{label(study, key)} {text(row[key])}" for key in curve.keys)
-    return f"{row['value']:.3g} ({where})"
+    definition = study.definition(curve.metric)
+    unit = definition.unit if definition else "1"
+    where = ", ".join(_with_unit(label(study, key), text(row[key])) for key in curve.keys)
+    return f"{row['value']:.3g}{'' if unit in ('1', 'count') else f' {unit}'} ({where})"
+
+
+def _with_unit(name: str, value: str) -> str:
+    """Return the value of a parameter with the unit that its label has in brackets."""
+    word, _, unit = name.partition(" [")
+    return f"{word} {value} {unit.removesuffix(']')}".rstrip()
 
 
 def _with_numbers(sweep: Sweep, rows: pd.DataFrame, figure: Figure, curve: Curve) -> list[Block]:

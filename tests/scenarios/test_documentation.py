@@ -314,7 +314,7 @@ def test_the_python_page_s_examples_run_and_leave_no_file(tmp_path, monkeypatch)
     assert list(tmp_path.iterdir()) == []
     assert names["again"].trace_hash == names["result"].trace_hash
     assert names["with_arguments"].trace_hash != names["blind"].trace_hash
-    assert names["comparison"].outcome == "worse"
+    assert names["comparison"].verdict == "worse"
     assert names["message"].startswith("truck-shadw: no such scenario; did you mean truck-shadow")
     assert names["y"] == pytest.approx(3.0 + 0.5 * names["width"], abs=0.05)
     assert len(names["observations"]) == 1

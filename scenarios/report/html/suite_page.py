@@ -158,8 +158,8 @@ def _known(runs: Sequence[RunSection]) -> Table:
     for one in runs:
         for check in one.run.checks:
             if check.outcome == "known failure":
-                name, reason = Span(one.name, link=f"#{one.name}"), str(check.limit.known_failure)
-                table.add_row(name, check.name, with_unit(check.metric), str(check.limit), reason)
+                linked, reason = Span(one.name, link=f"#{one.name}"), str(check.limit.known_failure)
+                table.add_row(linked, check.name, with_unit(check.metric), str(check.limit), reason)
     return table
 
 
