@@ -141,9 +141,10 @@ def _all(runs: Sequence[RunSection]) -> Table:
     for one in runs:
         run, checks = one.run, one.run.checks
         held = f"{sum(check.holds for check in checks)}/{len(checks)}"
-        linked = Span(one.name, link=f"#{one.name}")
-        duration = f"{run.result.config['duration_s']:.1f} s"
-        table.add_row(linked, run.family, _badges(run), held, *run.headlines.values(), duration)
+        link, config = Span(one.name, link=f"#{one.name}"), run.result.config
+        # Gradings of files have no duration.
+        duration = f"{config['duration_s']:.1f} s" if "duration_s" in config else f"{run.result.frames} frames"
+        table.add_row(link, run.family, _badges(run), held, *run.headlines.values(), duration)
     return table
 
 
