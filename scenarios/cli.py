@@ -85,7 +85,7 @@ COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
     "Look": {
         "view": (look.view, "Open the recording of a run in the rerun viewer."),
         "report": (look.report, "Write an HTML page of one or several runs."),
-        "paper": (look.paper, "Print the tables of the paper for a run."),
+        "paper": (look.paper, "Print the tables of the paper beside those of runs."),
         "occlusions": (look.occlusions, "Print the survival of track ids in occlusions."),
     },
     "Compare": {

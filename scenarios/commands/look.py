@@ -128,45 +128,56 @@ def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> Non
 
 SCENARIO = "paper-campus"
 """The surrogate of the paper's drive."""
+PAPERS_STEPS = "the paper's steps"
 
 
 def paper(
-    run: Annotated[
-        Path | None,
-        typer.Argument(metavar="[RUN]", help=f"A folder of luxloop run; if left out, of {SCENARIO}, run if missing."),
+    runs: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[RUN...]",
+            help=f"Folders of luxloop run, a column each; if left out, {SCENARIO} by the paper's own steps and by the "
+            "default tracker, run if missing.",
+        ),
     ] = None,
     table: Annotated[int | None, typer.Option(min=1, max=4, help="Only this table of the paper.")] = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX, for the package booktabs.")] = False,
 ) -> None:
-    """Print the paper's tables I to IV for a run, with the paper's own figures beside them."""
+    """Print the paper's tables I to IV: its own figures beside those of runs, and whether they are reproduced."""
     from luxloop.scenarios import interface
-    from luxloop.scenarios.document.document import Document, Section
+    from luxloop.scenarios.document.document import Answer, Document, Section
     from luxloop.scenarios.document.latex import latex as latex_of
-    from luxloop.scenarios.report import paper_tables, run_document, text
-    from luxloop.scenarios.report.run_answer import answer
+    from luxloop.scenarios.report import paper_comparison, run_document, text
 
-    result = interface.load_result(run) if run else _own_run()
-    makers = [paper_tables.dataset, paper_tables.heading_error, paper_tables.heading_distribution]
-    makers = [*makers, paper_tables.position_error]
-    shown = [make(result) for make in (makers if table is None else makers[table - 1 : table])]
+    results = {str(run): interface.load_result(run) for run in runs} if runs else _papers_runs()
+    sources = {name: result.metrics for name, result in results.items()}
+    makers = paper_comparison.TABLES if table is None else paper_comparison.TABLES[table - 1 : table]
+    shown = [make(sources) for make in makers]
+    name, result = next(iter(results.items()))
     if latex:
         print(latex_of(shown, f"{result.scenario}, seed {result.seed}"), end="")
     else:
+        answer = Answer(paper_comparison.verdict(name, result.metrics).rstrip("."))
         tables = [Section("paper", "The paper's tables", shown)]
-        text.show(Document(result.scenario, answer(result, result.checks), run_document.header(result), tables))
+        text.show(Document(result.scenario, answer, run_document.header(result), tables))
 
 
-def _own_run() -> "Result":
-    """Return the run of the paper's scenario in its default folder, and run it first if there is none."""
+def _papers_runs() -> "dict[str, Result]":
+    """Return the runs of the paper's scenario by the paper's steps and by the default tracker, run if missing."""
     from luxloop.scenarios import interface
     from luxloop.scenarios.execute import default_folder
     from luxloop.scenarios.run import run_folder
 
-    scenario = interface.load_scenario(SCENARIO)
-    out = default_folder(scenario)
-    if (out / run_folder.RESULT).is_file():
-        return interface.load_result(out)
-    return interface.run(scenario, out=out, ahead=False, progress=True)
+    scenario, results = interface.load_scenario(SCENARIO), {}
+    for name, tracker in ((PAPERS_STEPS, "paper"), ("default", None)):
+        out = default_folder(scenario, tracker=tracker)
+        is_there = (out / run_folder.RESULT).is_file()
+        results[name] = (
+            interface.load_result(out)
+            if is_there
+            else interface.run(scenario, tracker=tracker, out=out, ahead=False, progress=True)
+        )
+    return results
 
 
 def occlusions(

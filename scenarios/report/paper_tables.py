@@ -1,11 +1,10 @@
-"""The paper's four tables for a run with simulated truth, beside the paper's own figures."""
+"""The paper's four tables for one run; `paper_comparison` has the paper's figures beside them."""
 
 from itertools import product
 
 from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import NO_VIEW, TARGETS, VIEWS, estimates
-from luxloop.scenarios.report import paper_figures
 from luxloop.scenarios.report.cells import interval_of, percent_of, table_of, value_of
 from luxloop.scenarios.report.fit_tables import emphasis, methods_of, of_method
 from luxloop.scenarios.result import Metric, Result
@@ -13,16 +12,12 @@ from luxloop.scenarios.result import Metric, Result
 
 def dataset(result: Result) -> Table:
     """Return table I: the data set."""
-    table = table_of("Data set", "category", "here", "share", "paper", "share")
-    for name, number in paper_figures.DATASET.items():
-        table.add_row(
-            name.replace("_", " "), value_of(result.metrics[f"dataset.{name}"], digits=1), "", f"{number}", ""
-        )
+    table = table_of("Data set", "category", "count", "share")
+    for name in ("vehicles", "observations", "frames", "observations_per_vehicle", "observations_per_frame"):
+        table.add_row(name.replace("_", " "), value_of(result.metrics[f"dataset.{name}"], digits=1), "")
     for view in (*VIEWS.values(), NO_VIEW):
         count, share = (result.metrics[f"dataset.{name}{{view={view}}}"] for name in ("observations", "share"))
-        published = paper_figures.VIEWS.get(view)
-        cells = [f"{published}", f"{published / sum(paper_figures.VIEWS.values()):.1%}"] if published else []
-        table.add_row(f"view: {view.replace('_', '-')}", value_of(count), percent_of(share), *cells)
+        table.add_row(f"view: {view.replace('_', '-')}", value_of(count), percent_of(share))
     return table
 
 
@@ -37,17 +32,13 @@ def heading_error(result: Result) -> Table:
         mean, std, abs_mean, abs_std = map(value_of, metrics)
         interval, n = interval_of(metrics[2]), str(metrics[0].n)
         table.add_row(method, mean, std, abs_mean, interval, abs_std, n, style=emphasis(method))
-    for method, published in paper_figures.HEADING_ABS_DEG.items():
-        both = (*paper_figures.HEADING_DEG[method], *published)
-        mean, std, abs_mean, abs_std = ("" if value is None else f"{value:.3f}" for value in both)
-        table.add_row(f"paper: {method}", mean, std, abs_mean, "", abs_std, style="dim")
     return table
 
 
 def heading_distribution(result: Result) -> Table:
     """Return table III: the distribution of heading errors, with the interval of each share.
 
-    The paper's column of zero errors shows that it rounded headings to whole degrees; here it has errors below 0.5.
+    Its column "= 0", as in the paper, has errors below 0.5.
     """
     title = "Share of fit heading errors of at most, with its 95 % interval; = 0 in whole degrees"
     table = table_of(title, "method", "= 0", *(f"{limit} deg" for limit in range(1, 6)))
@@ -56,9 +47,6 @@ def heading_distribution(result: Result) -> Table:
         shares = [result.metrics[of_method(f"within_{limit}deg", method)] for limit in range(1, 6)]
         cells = [f"{percent_of(share)} {_spread(share)}".rstrip() for share in shares]
         table.add_row(method, zero, *cells, style=emphasis(method))
-    for method, published in paper_figures.WITHIN.items():
-        shown = (paper_figures.ZERO[method], *published)
-        table.add_row(f"paper: {method}", *(f"{share:.1%}" for share in shown), style="dim")
     return table
 
 
@@ -74,7 +62,7 @@ def heading_by_view(result: Result) -> Table:
 
 
 def position_error(result: Result) -> Table:
-    """Return table IV: position errors. The paper does not name its single model; here every model has a row."""
+    """Return table IV: position errors of every model."""
     columns = ("targets", "x mean", "95 %", "x STD", "y mean", "95 %", "y STD", "n")
     table = table_of("Absolute error of the tracked corner, on the ego's axes [m]", "model", *columns)
     for target, estimate in product(TARGETS, estimates(result.metrics.run.models)):
@@ -86,9 +74,6 @@ def position_error(result: Result) -> Table:
             )
             cells += [value_of(mean), interval_of(mean).removesuffix(" vehicles"), value_of(std)]  # two on a line
         table.add_row(estimate, target, *cells, str(mean.n), style="bold" if estimate == "mma" else "")
-    for (model, targets), published in paper_figures.POSITION_ABS_M.items():
-        x_mean, x_std, y_mean, y_std = (f"{value:.3f}" for value in published)
-        table.add_row(f"paper: {model}", targets, x_mean, "", x_std, y_mean, "", y_std, style="dim")
     return table
 
 

@@ -8,7 +8,7 @@ from support import short_run
 from luxloop.scenarios.document.words import plain
 from luxloop.scenarios.files.expect import Check, Limit, check, verdict
 from luxloop.scenarios.metrics.definitions import DEFINITIONS, REPORTED_BANDS
-from luxloop.scenarios.report import paper_figures, track_tables
+from luxloop.scenarios.report import track_tables
 from luxloop.scenarios.report.cells import NONE
 from luxloop.scenarios.report.text import WIDTH, as_text, report
 from luxloop.scenarios.result import Metric
@@ -30,7 +30,7 @@ def with_metrics(values):
     return replace(result, metrics=result.metrics | values)
 
 
-def test_data_set_table_shows_metrics_and_the_papers_figures():
+def test_data_set_table_shows_metrics():
     result = with_metrics(
         {
             "dataset.observations_per_frame": Metric(4.25, "1", 100),
@@ -41,12 +41,12 @@ def test_data_set_table_shows_metrics_and_the_papers_figures():
         }
     )
     text = text_of(result)
-    assert row(text, "Data set", "observations per frame") == ["4.2", "4"]
-    assert row(text, "Data set", "view: rear") == ["17", "4.0%", "201", "3.8%"]
+    assert row(text, "Data set", "observations per frame") == ["4.2"]
+    assert row(text, "Data set", "view: rear") == ["17", "4.0%"]
     assert row(text, "Data set", "view: front") == ["3", "0.7%"]
 
 
-def test_heading_table_shows_metrics_and_the_papers_figures():
+def test_heading_table_shows_metrics():
     result = with_metrics(
         {
             "fit.heading_mean_deg": Metric(-0.25, "deg", 77),
@@ -58,7 +58,6 @@ def test_heading_table_shows_metrics_and_the_papers_figures():
     text = text_of(result)
     expected = ["-0.250", "1.500", "1.125", "0.875-1.500", "0.750", "77"]
     assert row(text, "Fit heading error by method", "best") == expected
-    assert row(text, "Fit heading error by method", "paper: variance") == ["-0.152", "2.187", "1.476", "1.616"]
 
 
 def test_enabled_baseline_is_shown():
@@ -72,20 +71,12 @@ def test_enabled_baseline_is_shown():
     assert row(text, "Share of fit heading errors", "jlinkage")[0] == "50.0%"
 
 
-def test_distribution_table_shows_metrics_and_the_papers_figures():
+def test_distribution_table_shows_metrics():
     shares = {f"fit.within_{n}deg{{method=area}}": Metric(n / 10, "1", 9, interval=(0.0, n / 5)) for n in range(1, 6)}
     shares["fit.rounded_to_0deg{method=area}"] = Metric(0.05, "1", 9)
     text = text_of(with_metrics(shares))
     expected = ["5.0%", "10.0%", "0-20", "20.0%", "0-40", "30.0%", "0-60", "40.0%", "0-80", "50.0%", "0-100"]
     assert row(text, "Share of fit heading errors", "area") == expected
-    assert row(text, "Share of fit heading errors", "paper: best") == [
-        "23.4%",
-        "60.0%",
-        "86.9%",
-        "96.5%",
-        "96.5%",
-        "99.3%",
-    ]
 
 
 def test_fit_tables_show_metrics_by_band_and_by_view():
@@ -110,7 +101,7 @@ def test_fit_tables_show_metrics_by_band_and_by_view():
     assert row(text, "Selected fits: nearest corner", "rear")[2:4] == ["-0.125", "0.175"]
 
 
-def test_position_table_shows_metrics_and_the_papers_figures():
+def test_position_table_shows_metrics():
     result = with_metrics(
         {
             "mma.x_abs_mean_m{target=moving}": Metric(0.1, "m", 31, interval=(0.09, 0.12)),
@@ -122,7 +113,6 @@ def test_position_table_shows_metrics_and_the_papers_figures():
     text = text_of(result)
     rows = [line.split() for line in text[text.index("Absolute error of the tracked corner") :].splitlines()]
     assert ["mma", "moving", "0.100", "0.090-0.120", "0.200", "0.300", "0.400", "31"] in rows
-    assert ["paper:", "MMA", "moving", "0.238", "0.140", "0.163", "0.120"] in rows
 
 
 def test_tables_of_mode_confusion_and_model_consistency():
@@ -234,16 +224,6 @@ def test_incomplete_run_neither_passes_nor_fails_and_shows_the_reason():
     assert verdict([], complete=False) == verdict([good], complete=False) == verdict([bad], complete=False)
     text = text_of(replace(short_run.result(), ended_early="the ego arrived"), [good, bad])
     assert text.startswith("INCOMPLETE: ended early: the ego arrived; so far 1 of 2 expectations hold, 1 failed")
-
-
-def test_figures_of_the_paper_are_consistent():
-    """Tables I to IV: table I adds up, and section V repeats some figures."""
-    assert sum(paper_figures.VIEWS.values()) == paper_figures.DATASET["observations"] == 5353
-    assert round(5353 / paper_figures.DATASET["vehicles"]) == paper_figures.DATASET["observations_per_vehicle"]
-    assert round(5353 / paper_figures.DATASET["frames"]) == paper_figures.DATASET["observations_per_frame"]
-    assert paper_figures.HEADING_ABS_DEG["best"][1] == 1.2147
-    assert paper_figures.WITHIN["best"][4] == 0.993
-    assert [round(value, 3) for value in paper_figures.POSITION_ABS_M["MMA", "moving"][::2]] == [0.238, 0.163]
 
 
 def test_bands_of_the_tracks_have_a_row_each_on_the_page_and_none_in_the_printed_report():
