@@ -108,6 +108,7 @@ COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
         "export": (own_data.export, "Write a run in the format of other programs."),
         "mcap": (own_data.mcap, "Write a run as MCAP, for ROS 2 and Foxglove."),
         "realism": (own_data.realism, "Compare simulated vehicles with real ones."),
+        "fits": (own_data.fits, "Grade the fits to labelled vehicles."),
     },
     "Tools": {
         "warm-up": (tools.warm_up, "Compile the kernels before parallel runs do."),

@@ -1,4 +1,4 @@
-"""Commands for own data and other programs: `luxloop new`, `export`, `mcap` and `realism`."""
+"""Commands for own data and other programs: `luxloop new`, `export`, `mcap`, `realism` and `fits`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -121,3 +121,23 @@ def realism(
     else:
         text.show(realism_table.report(comparison))
         print(f"Figures and matched vehicles are in {out}" if out else "Nothing was written; for figures, give --out")
+
+
+def fits(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(metavar="FOLDER...", help="Labelled recordings, and folders that luxloop run --dataset wrote."),
+    ],
+    as_json: AsJson = False,
+) -> None:
+    """Grade the fits to labelled vehicles: each cut of a recording, and all data sets together, side by side."""
+    import json
+
+    from luxloop.scenarios.realism import fit_observations, fit_report
+    from luxloop.scenarios.report import text
+
+    groups = fit_observations.of_folders(sources)
+    if as_json:
+        print(json.dumps(fit_report.document(groups), allow_nan=False))
+    else:
+        text.show(fit_report.report(groups))

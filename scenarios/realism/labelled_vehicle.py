@@ -132,8 +132,23 @@ def read(folder: Path, number: int, label_sigma_deg: float, seed: int) -> list[L
     scans, points, labels = (_table(folder, name) for name in FILES)
     lidars = _lidars(folder, int(points["unit"].max(initial=0)) + 1)
     error_deg = np.random.default_rng([seed, number]).normal(0.0, label_sigma_deg, len(labels["frame"]))
-    labels["label_error_rad"] = np.radians(error_deg)
+    labels["heading_ego_rad"] = labels["heading_ego_rad"] + np.radians(error_deg)
     labels = {name: values[labels["graded"]] for name, values in labels.items()}
+    return vehicles_in(scans, points, labels, lidars, number)
+
+
+def vehicles_in(scans: Rows, points: Rows, labels: Rows, lidars: Floats, number: int) -> list[LabelledVehicle]:
+    """Return the vehicles of every frame with at least `POINTS_MIN` points, from tables sorted by frame.
+
+    Parameters
+    ----------
+    scans, points, labels
+        Columns of `FILES`; all labels are used.
+    lidars
+        (U, 2) positions of the LIDARs, ego frame [m].
+    number
+        Number of the data set.
+    """
     per_frame = zip(*(_by_frame(rows, scans["frame"]) for rows in (scans, points, labels)), strict=True)
     return [vehicle for scan, own, seen in per_frame for vehicle in _of_frame(scan, own, seen, lidars, number)]
 
@@ -181,7 +196,6 @@ def _of_frame(scan: Rows, points: Rows, labels: Rows, lidars: Floats, number: in
         still = place.copy()
         moved = place[:, :2] - box[:2] - velocity[n] * after[:, None]
         still[:, :2] = box[:2] + turned(moved, -labels["yaw_rate_radps"][n] * after)
-        box[2] += labels["label_error_rad"][n]
         own = np.flatnonzero(in_box(still, box, labels["height_m"][n]))
         if len(own) < POINTS_MIN:
             continue

@@ -7,11 +7,8 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
+from luxloop.scenarios.realism import labelled_fits
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
-from luxloop.tracker.detection import rectangles, segmentation, selection, tlinkage
-from luxloop.tracker.detection.detector import DetectorConfig
-from luxloop.tracker.records import METHODS, Segments
 
 NEAR_M = 0.60
 """[m] Depth of the points that place a face."""
@@ -156,43 +153,6 @@ def window_of(face: Face) -> Window:
     return END if face.end else FLANK
 
 
-REPORTED = ("area", "closeness", "variance", "tlinkage", "best")
-"""Methods with a figure; `best` is the selected rectangle."""
-
-
-def heading_errors(vehicles: Sequence[LabelledVehicle]) -> tuple[Floats, Floats]:
-    """Fit rectangles to each vehicle's points as one segment, with the tracker's default settings.
-
-    Returns
-    -------
-    error_deg
-        (V, len(REPORTED)) absolute heading errors modulo 90 degrees, at most 45.
-    on_lines
-        (V,) share of the points that T-linkage leaves on lines.
-    """
-    config = DetectorConfig()
-    points, segments = _as_segments(vehicles)
-    lines = np.concatenate([vehicle.line for vehicle in vehicles])
-    sorted_points = segmentation.sort_by_segment(points, segments, scan_line=lines)
-    linkage = tlinkage.link(sorted_points, config.linkage, config.lidar)
-    headings = rectangles.headings(sorted_points, linkage, config.rectangles)
-    candidates = selection.select(sorted_points, linkage, headings, config.selection, config.lidar.range_std_m)
-    yaw = np.array([vehicle.box[2] for vehicle in vehicles])
-    heading = np.column_stack(
-        [candidates.heading[:, : len(METHODS) - 1], candidates.heading[np.arange(len(yaw)), candidates.best]]
-    )
-    error = np.degrees(np.abs(wrap(heading - yaw[:, None], QUARTER)))
-    on_lines = np.bincount(segments.label, linkage.line >= 0, segments.count) / np.bincount(segments.label)
-    return error, on_lines
-
-
-def _as_segments(vehicles: Sequence[LabelledVehicle]) -> tuple[Floats, Segments]:
-    """Return the points of all vehicles, a segment each."""
-    sizes = [len(vehicle.points_ego) for vehicle in vehicles]
-    label: Ints = np.repeat(np.arange(len(sizes)), sizes)
-    return np.concatenate([vehicle.points_ego for vehicle in vehicles]), Segments(label, len(sizes))
-
-
 ABOUT_FACES_M = 0.30
 """[m] Largest depth of the points of the spread about the faces."""
 INSIDE_CM = (10, 20, 40)
@@ -208,13 +168,17 @@ def keys(vehicles: Sequence[LabelledVehicle]) -> pd.DataFrame:
     return pd.DataFrame({name: [getattr(vehicle, name) for vehicle in vehicles] for name in columns})
 
 
+REPORTED = ("area", "closeness", "variance", "tlinkage", "best")
+"""Methods with a figure; `best` is the selected rectangle."""
+
+
 def measure(vehicles: Sequence[LabelledVehicle]) -> pd.DataFrame:
     """Return the figures of each of at least one vehicle; NaN for a figure that its points do not give."""
     figures = pd.DataFrame([_shape(vehicle) for vehicle in vehicles])
-    error_deg, on_lines = heading_errors(vehicles)
-    figures["share_on_lines"] = on_lines
-    for method, column in zip(REPORTED, error_deg.T, strict=True):
-        figures[f"{method}_error_deg"] = column
+    fits = labelled_fits.fit(vehicles)
+    figures["share_on_lines"] = fits.on_lines
+    for method in REPORTED:
+        figures[f"{method}_error_deg"] = np.abs(fits.error_deg[method])
     return figures
 
 

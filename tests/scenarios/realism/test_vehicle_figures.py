@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.labelled_shapes import ABREAST, l_shape, left, rear, vehicle
 
-from luxloop.scenarios.realism import vehicle_figures
+from luxloop.scenarios.realism import labelled_fits, vehicle_figures
 from luxloop.scenarios.realism.vehicle_figures import density
 
 
@@ -66,8 +66,8 @@ def test_heading_errors_are_those_of_the_label():
 def test_heading_errors_are_modulo_a_quarter_turn():
     true, quarter = (vehicle(l_shape(), lidars=[(-12.0, 12.0)], pose=(12.0, -12.0, 0.0)) for _ in range(2))
     quarter.box[2] += np.pi / 2
-    error = vehicle_figures.heading_errors([true, quarter])[0]
-    np.testing.assert_allclose(error[0], error[1], atol=1e-9)
+    for error in labelled_fits.fit([true, quarter]).error_deg.values():
+        assert error[0] == pytest.approx(error[1], abs=1e-9)
 
 
 def test_points_inside_are_not_on_lines():
