@@ -1,11 +1,11 @@
 """The paper's tables beside those of runs, and the verdict on them."""
 
 import pytest
+from luxloop.scenarios.report.html.page_tables import page_table
 from rich.console import Console
 from support import short_run
 
 from luxloop.scenarios.report import paper_comparison, paper_figures
-from luxloop.scenarios.report.html.page_tables import page_table
 from luxloop.scenarios.report.paper_comparison import TABLES, verdict
 from luxloop.scenarios.result import Metric
 
