@@ -1,6 +1,7 @@
 """`luxloop import`."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,8 +12,16 @@ from luxloop.scenarios.commands.option_groups import grouped
 
 if TYPE_CHECKING:
     from luxloop.scenarios.recordings.ego_mount import EgoMount
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
     from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut
     from luxloop.sensor_model.rig.rig import Rig
+
+
+class Clock(StrEnum):
+    """Times of ROS messages."""
+
+    STAMP = "stamp"
+    LOG = "log"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +67,10 @@ class Sources:
     rate: Annotated[
         float, typer.Option(min=0.001, callback=finite, help="Sweeps per second, where files have no times.")
     ] = 10.0
+    time: Annotated[
+        Clock,
+        typer.Option(help="Times of ROS messages: their stamps, or those of logging if clocks differ."),
+    ] = Clock.STAMP
     metadata: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Metadata of an Ouster sensor (JSON), if not beside the capture."),
@@ -117,7 +130,7 @@ def import_(
     scale: Scale = NO_SCALE,
 ) -> None:
     """Make recorded scans of a recording: ROS bags, MCAP, PCD, KITTI .bin, Ouster captures, LUX streams."""
-    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
+    from luxloop.scenarios.recordings.formats.format_choice import format_of, open_recording
     from luxloop.scenarios.recordings.import_options import ImportOptions, TruthOption
     from luxloop.scenarios.recordings.import_recording import import_recording
     from luxloop.scenarios.recordings.layer_cut import interval
@@ -137,7 +150,7 @@ def import_(
         scale_time=scale.scale_time,
         files=tuple(path.name for path in files),
     )
-    source = open_recording(files, chosen, ReadOptions(tuple(sources.topic or []), sources.rate, sources.metadata))
+    source = open_recording(files, chosen, _read_options(sources))
     found = import_recording(source, options, out, rig_model)
     print(
         f"{found.frames} scans of {found.duration_s:.1f} s, {found.points} points in {found.layers} layers, "
@@ -147,7 +160,15 @@ def import_(
         print(
             "Sweeps left out: "
             + ", ".join(f"{number} {reason.replace('_', ' ')}" for reason, number in found.skipped.items())
+            + (f"; {found.clocks}" if found.clocks else "")
         )
+
+
+def _read_options(sources: Sources) -> "ReadOptions":
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+
+    by_log = sources.time == Clock.LOG
+    return ReadOptions(tuple(sources.topic or []), sources.rate, sources.metadata, by_log)
 
 
 def _mounts(rig: str | None, mounts: list[str]) -> "tuple[Rig | None, list[EgoMount]]":

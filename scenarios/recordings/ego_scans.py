@@ -55,6 +55,7 @@ class EgoScans:
         self._rings: dict[int, Rings] = {}
         self._first_pose: Floats | None = None
         self.skipped = Skipped()
+        self._without_pose_s: list[float] = []
 
     @property
     def first_pose(self) -> Floats:
@@ -65,6 +66,14 @@ class EgoScans:
     def mounts(self) -> list[EgoMount]:
         """Mounts of the LIDARs that gave points, levelled if asked for."""
         return [self._mounts[unit] for unit in sorted(self._mounts)]
+
+    @property
+    def clocks(self) -> str:
+        """Times of the sweeps without a pose, and of the poses; empty if all sweeps have one."""
+        if not self._without_pose_s or self._ego is None:
+            return ""
+        (first, last), (begin, end) = (min(self._without_pose_s), max(self._without_pose_s)), self._ego.span
+        return f"sweeps without a pose are from {first:.1f} to {last:.1f} s, poses from {begin:.1f} to {end:.1f} s"
 
     def of(self, sweeps: Iterable[Sweep]) -> Iterator[tuple[float, Scan]]:
         """Yield the scaled time on the recording's clock [s], and the scan, whose own time starts from 0."""
@@ -78,6 +87,7 @@ class EgoScans:
             pose = self._pose(time)
             if pose is None:
                 self.skipped.without_pose += 1
+                self._without_pose_s.append(time)
             elif start is not None and time <= start[1]:
                 self.skipped.not_later += 1
             elif not any(len(points) for points, _, _ in parts):

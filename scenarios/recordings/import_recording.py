@@ -118,6 +118,8 @@ class Imported:
     layers: int
     skipped: dict[str, int]
     """Sweeps that are not in the scans, by reason; without those that are 0."""
+    clocks: str
+    """`EgoScans.clocks`."""
 
 
 def import_recording(source: RecordingSource, options: ImportOptions, out: Path, rig: Rig | None = None) -> Imported:
@@ -155,8 +157,11 @@ def import_recording(source: RecordingSource, options: ImportOptions, out: Path,
         skipped = {reason: number for reason, number in asdict(scans.skipped).items() if number}
         if not writer.frames:
             reasons = ", ".join(f"{number} {reason}" for reason, number in skipped.items()) or "it has none"
-            raise InputError(f"{options.files[0]}: no sweep can be used ({reasons}); check cuts, poses and --topic")
-        found = Imported(writer.frames, end, points, layers, skipped)
+            clocks = f"; {scans.clocks}; --time log takes the times of logging" if scans.clocks else ""
+            raise InputError(
+                f"{options.files[0]}: no sweep can be used ({reasons}){clocks}; check cuts, poses and --topic"
+            )
+        found = Imported(writer.frames, end, points, layers, skipped, scans.clocks)
         writer.finish(
             {**asdict(found), "start_time_s": start, **_summary(options, scans.mounts)}, _origin(options, found)
         )

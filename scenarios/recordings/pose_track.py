@@ -1,5 +1,6 @@
 """Poses of a body over time: interpolation and derivatives of measured poses."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +48,11 @@ class PoseTrack:
 
     def __len__(self) -> int:
         return len(self._time)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Times of the first and the last pose [s]; NaN without poses."""
+        return (float(self._time[0]), float(self._time[-1])) if len(self) else (math.nan, math.nan)
 
     def at(self, time: float) -> Floats | None:
         """Return the pose (3,) at a time [s] by linear interpolation, or None in a gap.

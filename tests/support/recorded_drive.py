@@ -48,8 +48,11 @@ def quaternion(yaw):
     return SimpleNamespace(x=0.0, y=0.0, z=float(np.sin(yaw / 2)), w=float(np.cos(yaw / 2)))
 
 
-def messages(types):
-    """Yield topic, type, time [ns] and message of the drive, made with the message classes of a rosbags typestore."""
+def messages(types, power_on_s=0.0):
+    """Yield topic, type, time [ns] and message of the drive, made with the message classes of a rosbags typestore.
+
+    Stamps of the laser count from `power_on_s` on the clock of the recording.
+    """
     header_of = types["std_msgs/msg/Header"]
     stamp_of = types["builtin_interfaces/msg/Time"]
     with_seq = "seq" in header_of.__dataclass_fields__
@@ -69,7 +72,8 @@ def messages(types):
         rows += [(time, topic, kind, posed(time, "map", pose(time))) for time in pose_times()]
     for time in times():
         scan = types["sensor_msgs/msg/LaserScan"](
-            header=header(time, "laser"), angle_min=-np.pi, angle_max=np.pi, angle_increment=2 * np.pi / BEAMS,
+            header=header(time - power_on_s, "laser"),
+            angle_min=-np.pi, angle_max=np.pi, angle_increment=2 * np.pi / BEAMS,
             time_increment=0.0, scan_time=0.1, range_min=0.1, range_max=80.0,
             ranges=ranges(time).astype(np.float32), intensities=np.empty(0, np.float32),
         )  # fmt: skip
@@ -78,7 +82,7 @@ def messages(types):
         yield topic, kind, round(time * 1e9), message
 
 
-def write_ros1(path):
+def write_ros1(path, power_on_s=0.0):
     """Write the drive as a ROS 1 bag."""
     need("recordings")
     from rosbags.rosbag1 import Writer
@@ -87,7 +91,7 @@ def write_ros1(path):
     store = get_typestore(Stores.ROS1_NOETIC)
     with Writer(path) as writer:
         connections = {}
-        for topic, kind, time_ns, message in messages(store.types):
+        for topic, kind, time_ns, message in messages(store.types, power_on_s):
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=store)
             writer.write(connections[topic], time_ns, store.serialize_ros1(message, kind))

@@ -22,6 +22,8 @@ class ReadOptions:
     """Sweeps per second, where the files have no times [1/s]."""
     metadata: Path | None = None
     """Metadata of an Ouster sensor; the JSON file beside the capture if None."""
+    by_log: bool = False
+    """True if messages have the times at which they were logged, and not those of their stamps."""
 
 
 class RecordingFormat(Protocol):

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -135,10 +135,19 @@ class RosTopics:
     topics: list[str]
     """Topics of the sweeps; the position of a topic is the number of its LIDAR."""
     messages: Messages
+    by_log: bool
+    """True if messages have the times at which they were logged, and not those of their stamps."""
 
     @classmethod
     def of(
-        cls, name: str, types: dict[str, str], counts: dict[str, int], wanted: list[str], messages: Messages
+        cls,
+        name: str,
+        types: dict[str, str],
+        counts: dict[str, int],
+        wanted: list[str],
+        messages: Messages,
+        *,
+        by_log: bool = False,
     ) -> "RosTopics":
         """Choose the topics of the sweeps: the wanted ones, or the only one.
 
@@ -156,7 +165,7 @@ class RosTopics:
             raise InputError(f"{name}: no topic with {_readable()}; {_listed(known, types)}")
         if not wanted and len(known) != 1:
             raise InputError(f"{name}: name a topic of LIDAR points with --topic; {_listed(known, types)}")
-        return cls(name, types, counts, wanted or known, messages)
+        return cls(name, types, counts, wanted or known, messages, by_log)
 
     @property
     def count(self) -> int | None:
@@ -166,7 +175,8 @@ class RosTopics:
     def sweeps(self) -> Iterator[Sweep]:
         """Yield the sweeps of all topics in the order of the recording."""
         for topic, logged_s, message in self.messages(self.topics):
-            yield sweep_of(self.types[topic], message, logged_s, self.topics.index(topic))
+            sweep = sweep_of(self.types[topic], message, logged_s, self.topics.index(topic))
+            yield replace(sweep, time=logged_s) if self.by_log else sweep
 
     def poses(self, name: str) -> PoseList:
         """Return the poses of `TOPIC`, or of the transform `TOPIC:PARENT:CHILD`.
@@ -189,7 +199,7 @@ class RosTopics:
             for frame, body, row in pose_rows(kind, message, logged_s):
                 if not child or (frame, body) == (parent.lstrip("/"), child.lstrip("/")):
                     found.frame = frame
-                    found.rows.append(row)
+                    found.rows.append((logged_s, *row[1:]) if self.by_log else row)
         if not found.rows:
             raise InputError(f"{self.name}: {name}: has no poses")
         return found

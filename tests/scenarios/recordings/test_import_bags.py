@@ -84,6 +84,15 @@ def test_parts_of_an_mcap_recording_are_one(tmp_path):
     assert [len(scan) for scan in other.scans()] == [len(scan) for scan in one.scans()]
 
 
+def test_stamps_since_power_on_name_both_clocks_and_the_times_of_logging_help(tmp_path, capsys):
+    bag = str(drive.write_ros1(tmp_path / "drive.bag", power_on_s=990.0))
+    assert main(["import", bag, "--out", str(tmp_path / "out"), *drive.OPTIONS]) == 2
+    said = capsys.readouterr().err
+    assert "sweeps without a pose are from 10.0 to 12.9 s, poses from 999.9 to 1003.2 s; --time log" in said
+    assert main(["import", bag, "--out", str(tmp_path / "out"), *drive.OPTIONS, "--time", "log"]) == 0
+    assert Recording(tmp_path / "out").time_s == pytest.approx(np.arange(drive.SCANS) / drive.RATE_HZ, abs=1e-6)
+
+
 def test_scale_applies_to_lengths_and_times(tmp_path):
     bag = drive.write_ros1(tmp_path / "drive.bag")
     scale = ("--scale-length", "10", "--scale-time", "2")
