@@ -11,7 +11,15 @@ if TYPE_CHECKING:
     from luxloop.errors import Error
     from luxloop.scenarios.compare.comparison import Comparison
     from luxloop.scenarios.files.scenario import Scenario
-    from luxloop.scenarios.interface import compare, list_scenarios, load_result, load_scenario, run
+    from luxloop.scenarios.interface import (
+        compare,
+        grade,
+        grade_boxes,
+        list_scenarios,
+        load_result,
+        load_scenario,
+        run,
+    )
     from luxloop.scenarios.result import Metric, Result
     from luxloop.tracker.records import Tracks
     from luxloop.tracker.scan import Scan
@@ -31,6 +39,8 @@ __all__ = [
     "Tracks",
     "__version__",
     "compare",
+    "grade",
+    "grade_boxes",
     "list_scenarios",
     "load_result",
     "load_scenario",
@@ -48,6 +58,8 @@ _MODULES = {
     "TrackerConfig": "luxloop.tracker.tracker",
     "Tracks": "luxloop.tracker.records",
     "compare": "luxloop.scenarios.interface",
+    "grade": "luxloop.scenarios.interface",
+    "grade_boxes": "luxloop.scenarios.interface",
     "list_scenarios": "luxloop.scenarios.interface",
     "load_result": "luxloop.scenarios.interface",
     "load_scenario": "luxloop.scenarios.interface",

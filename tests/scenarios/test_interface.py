@@ -63,6 +63,14 @@ def test_every_name_is_there_and_no_other():
     assert luxloop.Tracker is Tracker
 
 
+@pytest.mark.usefixtures("folder")
+def test_a_run_with_scans_can_be_graded_again_with_another_tracker():
+    made = luxloop.run("short.toml", out="made", record_scans=True)
+    again = luxloop.grade("made")
+    assert again.metrics["track.hota"] == made.metrics["track.hota"]
+    assert luxloop.grade("made", tracker=f"{__file__}:Blind").metrics["track.missed_share"].value == 1.0
+
+
 @pytest.mark.parametrize("ahead", [False, True])
 def test_a_run_is_that_of_the_run_loop_and_writes_nothing(folder, ahead, capfd):
     for scenario in ("short.toml", Path("short.toml"), luxloop.load_scenario("short.toml")):
