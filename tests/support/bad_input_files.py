@@ -157,7 +157,9 @@ def baseline() -> Files:
 
 @cache
 def bin_scan() -> Files:
-    return {"a.bin": np.random.default_rng(1).uniform(-20, 20, 400).astype("<f4").tobytes()}
+    rng = np.random.default_rng(1)
+    rows = np.column_stack([rng.uniform(-20, 20, (100, 3)), rng.uniform(0, 1, 100)])
+    return {"a.bin": rows.astype("<f4").tobytes()}
 
 
 def _pcd(data: str, content: bytes) -> Files:

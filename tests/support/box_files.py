@@ -5,6 +5,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pytest
+
+from luxloop.scenarios.cli import main
 
 
 class Box(NamedTuple):
@@ -75,3 +78,19 @@ def drive(seed: int, frames: int = 12, cars: int = 5) -> tuple[list[Box], list[B
         if rng.random() < 0.3:
             tracks.append(Box(frame, f"{100 + frame}", float(rng.uniform(0, 80)), 30.0, 0.0, 4.0, 1.8, 0.3))
     return truth, tracks
+
+
+def grades(capsys, truth, tracks):
+    """Return the values of the metrics of two files, without the height: tables of tracks have none."""
+    assert main(["grade", "--truth", str(truth), "--tracks", str(tracks), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["metrics"]
+    return {name: row["value"] for name, row in found.items() if name != "track.height_abs_mean_m"}
+
+
+def assert_same_grades(found, own):
+    """Check metrics up to the order of sums; tables have no times and no ranges, which other formats have."""
+    only_found = {name for name, value in own.items() if value is None and found[name] is not None}
+    assert all("time_to_confirm" in name or "range=" in name for name in only_found)
+    assert found.keys() == own.keys()
+    known = own.keys() - only_found
+    assert {name: found[name] for name in known} == pytest.approx({name: own[name] for name in known}, abs=1e-12)

@@ -45,11 +45,15 @@ OF_MODELS = [
 BANDED = [
     filtered(name, **band)
     for name, definition in DEFINITIONS.items()
-    if name.startswith("track.") and "range" in definition.filters
+    if name.startswith("track.") and "range" in definition.filters and not definition.needs
     for band in REPORTED_BANDS
 ]
-STANDARD = [name for name in standard_names() if not any(model in name for model in TURNING_MODELS)]
+STANDARD = [
+    name
+    for name in standard_names()
+    if not any(model in name for model in TURNING_MODELS) and not find_metric(name).definition.needs
+]
 METRICS = list(dict.fromkeys([*STANDARD, *SINGLE_FITS, *SELECTED_FITS, *OF_MODELS, *BANDED]))
-"""About 2000 names, without those of models that the standard filter bank does not have."""
+"""About 2000 names, without those of models that the standard filter bank does not have, and of boxes of files."""
 GRADED = [name for name in METRICS if find_metric(name).definition.kind not in OF_LOOP]
 """Those that grading computes."""

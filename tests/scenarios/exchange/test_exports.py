@@ -251,7 +251,7 @@ def test_all_exports_of_a_run_have_the_same_grades(run, mcap, capsys):
         "id_switches",
         "false",
         "gospa_m",
-        "heading_abs_mean_deg",
+        "orientation_abs_mean_deg",
         "length_abs_mean_m",
     ):
         values = [found[f"track.{name}"] for found in graded]

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from support.box_files import assert_same_grades, grades
 from support.optional import need
 
 need("osi")
@@ -231,19 +232,12 @@ def test_relative_velocities_are_differences_of_relative_positions(trace):
     assert np.abs(np.concatenate([*speeds.values()])).max() > 1.0
 
 
-def test_grades_are_those_of_the_tables_bit_for_bit(folder, trace, capsys):
+def test_grades_are_those_of_the_tables(folder, trace, capsys):
     own = grades(capsys, folder / "run/scans/labels.parquet", folder / "run/tables/tracks.parquet")
-    assert grades(capsys, trace, trace) == own
-    assert grades(capsys, folder / "run/scans/labels.parquet", trace) == own
+    assert_same_grades(grades(capsys, trace, trace), own)
+    assert_same_grades(grades(capsys, folder / "run/scans/labels.parquet", trace), own)
     assert own["track.hota"] > 0.2
     assert own["track.velocity_abs_mean_mps"] is not None
-
-
-def grades(capsys, truth, tracks):
-    """Metrics, without the height: tables of tracks have none."""
-    assert main(["grade", "--truth", str(truth), "--tracks", str(tracks), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)["metrics"]
-    return {name: row["value"] for name, row in found.items() if name != "track.height_abs_mean_m"}
 
 
 def test_a_trace_is_recognised_and_its_export_is_reproducible(folder, trace, tmp_path):

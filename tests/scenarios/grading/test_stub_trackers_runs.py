@@ -121,7 +121,8 @@ MOTION = of(
     *("velocity_abs_mean_mps", "moving_velocity_abs_mean_mps", "speed_abs_mean_mps", "speed_mean_mps"),
     *("acceleration_abs_mean_mps2", "standing_speed_mean_mps"),
 )
-FLIPS = ("heading_unflipped_mean_deg", "standing_flip_rate")
+FLIPS = ("heading_unflipped_mean_deg", "standing_flip_rate", "orientation_abs_mean_deg")
+PAIRS = of("track", "position_abs_mean_m", "iou_mean", "motp")
 HITS = {name for name in STANDARD if name.startswith(("track.missed", "track.false", "track.time_to", "track.never"))}
 GOSPA = of("track", "gospa_m", "gospa_localisation_m2", "gospa_missed_m2", "gospa_false_m2")
 LOCATED = {name for name in METRICS if name.startswith("emergence.") and "located" in name}
@@ -149,7 +150,7 @@ def test_one_frame_late_has_the_error_of_one_frame_of_motion(world, perfect):
     hit_or_miss = HITS | of("track", "mota", "idf1", "reappearance_error_m")
     headings = of("track", "heading_abs_mean_deg", "heading_abs_p90_deg", "standing_heading_abs_mean_deg")
     headings |= of("track", *FLIPS)
-    scores = of("track", "hota", "deta", "assa", "loca")
+    scores = PAIRS | of("track", "hota", "deta", "assa", "loca")
     assert changed(late, perfect) <= POSITIONS | MOTION | GOSPA | scores | hit_or_miss | headings | LOCATED
     squared = (late.graded[["vx_world_mps", "vy_world_mps"]] ** 2).sum(axis=1) * DT**2 * (late.graded["frame"] > 0)
     per_frame = squared.groupby(late.graded["frame"]).sum().mean()
@@ -213,7 +214,7 @@ def test_biased_yaw_changes_heading_and_corner(world, perfect, bias_deg):
     assert [biased.value[f"track.{name}"] for name in ("mota", "idf1", "id_switches")] == [1, 1, 0]
     names = ("heading_abs_mean_deg", "heading_abs_p90_deg", "heading_flip_rate", "standing_heading_abs_mean_deg")
     headings = of("track", *names, *FLIPS) | MOTION | LOCATED  # of another corner if flipped
-    boxes = POSITIONS | of("track", "hota", "deta", "assa", "loca")
+    boxes = POSITIONS | PAIRS | of("track", "hota", "deta", "assa", "loca")
     assert changed(biased, perfect) <= (headings | boxes if bias_deg < 90 else headings)
     assert changed(biased, perfect) >= of("track", "heading_abs_mean_deg", *(["hota"] if bias_deg < 90 else []))
 

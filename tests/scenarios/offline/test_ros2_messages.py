@@ -1,10 +1,9 @@
 """Messages of `luxloop mcap` for ROS 2, read by `rosbags`, and boxes read back from them."""
 
-import json
-
 import numpy as np
 import pandas as pd
 import pytest
+from support.box_files import assert_same_grades, grades
 from support.optional import need
 
 need("recordings")
@@ -202,20 +201,13 @@ def test_tracks_and_truth_are_read_back_bit_for_bit(folder, frames, confirmed):
     assert truth.velocity.tobytes() == np.concatenate([found.velocity_world for found in actors]).tobytes()
 
 
-def test_grades_are_those_of_the_tables_bit_for_bit(folder, capsys):
+def test_grades_are_those_of_the_tables(folder, capsys):
     labels, tracks = folder / "run/scans/labels.parquet", folder / "run/tables/tracks.parquet"
     own = grades(capsys, labels, tracks)
-    assert grades(capsys, folder / "run.mcap", folder / "run.mcap") == own
-    assert grades(capsys, labels, folder / "run.mcap") == own
+    assert_same_grades(grades(capsys, folder / "run.mcap", folder / "run.mcap"), own)
+    assert_same_grades(grades(capsys, labels, folder / "run.mcap"), own)
     assert own["track.hota"] > 0.2
     assert own["track.velocity_abs_mean_mps"] is not None
-
-
-def grades(capsys, truth, tracks):
-    """Metrics, without the height: tables of tracks have none."""
-    assert main(["grade", "--truth", str(truth), "--tracks", str(tracks), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)["metrics"]
-    return {name: row["value"] for name, row in found.items() if name != "track.height_abs_mean_m"}
 
 
 @pytest.mark.parametrize(("kept", "velocity"), [("objects", True), ("detections", False)])

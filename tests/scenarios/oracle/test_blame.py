@@ -161,7 +161,7 @@ def test_json_output_contains_all_values_and_nothing_else(tmp_path, monkeypatch,
 @pytest.mark.parametrize(
     ("text", "arguments", "error"),
     [
-        (short_run.TEXT, ["--tracker", "mine:Tracker"], "No such option"),
+        (short_run.TEXT, ["--tracker", "mine:Tracker"], "no module mine on the Python path"),
         (short_run.TEXT + '[tracker.mma]\nmethod = "imm"\n', [], 'oracle model: [tracker.mma] method = "imm"'),
     ],
 )

@@ -1,10 +1,10 @@
 """The paper's tables beside those of runs, and the verdict on them."""
 
 import pytest
-from luxloop.scenarios.report.html.page_tables import page_table
 from rich.console import Console
 from support import short_run
 
+from luxloop.scenarios.document.words import plain
 from luxloop.scenarios.report import paper_comparison, paper_figures
 from luxloop.scenarios.report.paper_comparison import TABLES, verdict
 from luxloop.scenarios.result import Metric
@@ -18,13 +18,14 @@ def changed(values):
 
 def rows(table):
     """Return the cells of each row after the first, by the first."""
-    return {row.cells[0].text: [cell.text for cell in row.cells[1:]] for row in page_table(table).rows}
+    cells = ([plain(cell) for cell in row.cells] for row in table.rows)
+    return {first: others for first, *others in cells}
 
 
 def test_every_source_has_a_column_beside_the_papers():
     one, other = changed({NAME: Metric(1.125, "deg", 77, interval=(0.875, 1.5))}), short_run.result().metrics
     shown = paper_comparison.headings({"one": one, "other": other})
-    assert [cell.text for cell in page_table(shown).head] == ["figure, method", "paper", "one", "other"]
+    assert [column.head for column in shown.columns] == ["figure, method", "paper", "one", "other"]
     assert rows(shown)["mean |e|, best"] == ["1.352", "1.125 [0.875, 1.500]", f"{other[NAME].value:.3f}"]
     assert rows(shown)["STD of e, best"][0] == "n/a"  # printed as a negative number
     assert rows(shown)["STD of |e|, variance"][0] == "1.616"
@@ -32,7 +33,7 @@ def test_every_source_has_a_column_beside_the_papers():
 
 def test_tables_have_the_papers_titles_and_figures():
     tables = [make({"run": short_run.result().metrics}) for make in TABLES]
-    titles = [page_table(table).title.split(":")[0] for table in tables]
+    titles = [table.title.split(":")[0] for table in tables]
     assert titles == ["Table I", "Table II", "Table III", "Table IV"]
     data_set, _, distribution, positions = map(rows, tables)
     assert data_set["vehicles"] == ["60", "2"]

@@ -136,7 +136,7 @@ def test_the_table_has_runs_medians_and_tests(study):
 @pytest.mark.parametrize("table", [rows(), rows((0,) * 6, (None,) * 6).head(3)])
 def test_the_figure_is_drawn_also_if_hardly_any_run_has_a_value(study, table, tmp_path):
     picture = survival_picture(study, table, study.curve[0], "figure")
-    assert "share of runs with a confirmed track" in picture.figure().svg or len(table) < 6
+    assert "share of runs with a confirmed track" in picture.svg or len(table) < 6
     (written,) = picture.save(tmp_path)
     assert written.stat().st_size > 5000
     assert ("2 runs without a value" in picture.caption) == (len(table) < 6)

@@ -8,6 +8,7 @@ import pytest
 from support import short_run
 from support.frames import DT, Body, Scripted, follow, make_frames, observe
 
+from luxloop.scenarios.document.words import plain
 from luxloop.scenarios.files.expect import check
 from luxloop.scenarios.grading import grader as grading
 from luxloop.scenarios.grading.grader import Grader
@@ -113,8 +114,8 @@ def test_a_run_in_which_the_ego_drives_through_a_car_fails_and_says_so(tmp_path)
         "sim.limit_violations": "passed",
     }
     (line,) = truth_events(result)
-    assert line.plain.startswith("Traffic events: 1 collision of the ego (parked, ")
-    assert line.plain in " ".join(text.as_text(text.report(result, scenario_checks)).split())
+    assert plain(line.words).startswith("Traffic events: 1 collision of the ego (parked, ")
+    assert plain(line.words) in " ".join(text.as_text(text.report(result, scenario_checks)).split())
     run_folder.write(tmp_path, result, scenario_checks, "")
     (event,) = run_folder.read(tmp_path).tables["events"].to_dict("records")
     assert (event["kind"], event["name"]) == ("ego_collision", "parked")
@@ -134,7 +135,7 @@ REMEDY = 'set traffic.config.other_vehicles_type = "luxloop.sim.highway.motorist
 
 @pytest.mark.parametrize("config", ["", CHOSEN])
 def test_violations_by_drivers_of_highway_env_point_to_the_motorist(config):
-    line = truth_events(short_run.run(ROUNDABOUT + config))[-1].plain
+    line = plain(truth_events(short_run.run(ROUNDABOUT + config))[-1].words)
     assert "of limits (" in line
     assert line.endswith(REMEDY)
 
@@ -150,7 +151,7 @@ def test_violations_by_other_drivers_and_other_events_do_not():
         replace(result, config={"traffic": {"kind": "sumo", "config": "a.sumocfg"}}),
         replace(result, config={}),
     ):
-        assert REMEDY not in truth_events(changed)[-1].plain
+        assert REMEDY not in plain(truth_events(changed)[-1].words)
 
 
 def test_a_run_without_events_has_no_line():
