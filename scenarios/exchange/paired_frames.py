@@ -17,7 +17,7 @@ from luxloop.scenarios.grading.plane_geometry import iou_table
 
 
 def in_common_axes(truth: list[BoxTable], tracks: list[BoxTable]) -> tuple[BoxTable, BoxTable]:
-    """Return the first tables of both files in the same frame of reference, about the ego if there are such.
+    """Return the first tables of both files in the same frame of reference: with velocities, and about the ego, if any.
 
     Raises
     ------
@@ -31,7 +31,12 @@ def in_common_axes(truth: list[BoxTable], tracks: list[BoxTable]) -> tuple[BoxTa
             f"{tracks[0].source}: its positions are in {here} axes, those of {truth[0].source} in {there} axes; "
             "give both files in the same frame of reference"
         )
-    return min(pairs, key=lambda pair: (pair[0].axes != pair[1].axes, pair[0].axes not in EGO_AXES))
+
+    def lacks(pair: tuple[BoxTable, BoxTable]) -> tuple[bool, bool, bool]:
+        one, other = pair
+        return one.axes != other.axes, one.velocity is None or other.velocity is None, one.axes not in EGO_AXES
+
+    return min(pairs, key=lacks)
 
 
 def about_the_ego(tables: list[BoxTable]) -> list[BoxTable]:

@@ -19,7 +19,11 @@ from luxloop.tracker.records import TURNING_MODELS
 from luxloop.tracker.tracker import Tracker
 
 CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
-GRADED = {name for name in standard_names() if find_metric(name).parameters.get("model") not in TURNING_MODELS}
+GRADED = {
+    name
+    for name in standard_names()
+    if find_metric(name).parameters.get("model") not in TURNING_MODELS and not find_metric(name).definition.needs
+}
 """Figures of a run with the standard motion models."""
 
 
