@@ -79,7 +79,7 @@ def test_commands_of_the_workflow_run_and_the_second_push_is_the_same(steps, clo
     code, said = shell(compare, clone)
     assert code == 0, said
     assert shell(summary, clone)[0] == 0
-    assert (clone / "summary.md").read_text(encoding="utf-8").startswith("### luxloop compare: same")
+    assert (clone / "summary.md").read_text(encoding="utf-8").startswith("### Comparison of two versions: same")
 
 
 @pytest.mark.slow

@@ -176,7 +176,7 @@ def test_full_prints_the_whole_report(capfd):
     out = capfd.readouterr().out
     report = Path("runs/short-seed4/report.txt").read_text()
     assert out == report + "Results are in runs/short-seed4\n"
-    assert report.rstrip().endswith("PASSED: 1 of 1 expectations hold")
+    assert "PASSED: 1 of 1 expectations hold" in report[:400]  # the answer comes first
 
 
 def test_json_prints_the_result_only(capfd):

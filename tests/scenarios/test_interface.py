@@ -225,7 +225,7 @@ def test_a_comparison_of_results_is_that_of_their_folders():
         assert comparison.report() == of_folders.report()
     assert luxloop.compare(base[0], base[0]).verdict == "same"
     assert "WORSE" in of_folders.report()
-    assert "track.hota" in text_of(of_folders._repr_html_())
+    assert "track.hota" in text_of(of_folders._repr_html_().replace("<wbr>", ""))  # where a phone breaks the line
     with pytest.raises(luxloop.Error, match="BASE and HEAD: nothing to compare"):
         luxloop.compare(base[0], head[1])
     with pytest.raises(luxloop.Error, match="BASE: two runs of short seed 1"):
@@ -273,12 +273,12 @@ def test_a_notebook_shows_verdict_unmet_limits_and_main_metrics_and_no_markup_of
         '"track.false" = { max = 9999 }',
     )
     short_run.write(Path(), short_run.TEXT + "[expect]\n" + "\n".join(limits), "<i>short")
-    shown = parsed(luxloop.run("<i>short.toml")._repr_html_())
-    assert shown.tags == {"div", "p", "b", "br", "table", "thead", "tbody", "tr", "th", "td"}
+    shown = parsed(luxloop.run("<i>short.toml")._repr_html_().replace("<wbr>", ""))
+    assert shown.tags == {"div", "p", "b", "br", "span", "table", "caption", "thead", "tbody", "tr", "th", "td"}
     text = "\n".join(shown.texts)
-    assert "FAILED: 1 of 3 expectations hold, 1 are known to fail" in text
-    assert "known failure: 0.1: <script>alert(1)</script> & [/x]" in text
-    assert "failed: <b>many</b>" in text
+    assert "FAILED: 1 of 3 expectations hold, 1 failed, 1 known failure" in text
+    assert "known failure\n0.1: <script>alert(1)</script> & [/x]" in re.sub("\n+", "\n", text)
+    assert "failed\n<b>many</b>" in re.sub("\n+", "\n", text)
     assert "<i>short, seed 4, 10 frames" in text
     metrics = [cell for cell in shown.texts if re.fullmatch(r"[a-z]+\.[a-z][\w.]+", cell)]
     assert metrics[:3] == ["track.missed", "track.hota", "track.idf1"]  # failures first, then known failures
