@@ -114,7 +114,7 @@ class OracleFactory:
         tracker = self.make_tracker(config)
         if not isinstance(tracker, Tracker):
             raise DeviceError(
-                f"{name}: has none of the stages {', '.join(TrackerStages._fields)} that oracles replace; "
+                f"{name}: has none of the stages {', '.join(REPLACEABLE)} that oracles replace; "
                 f"return a {_place(Tracker)} with stages of its own"
             )
         for stage, (kind, parts) in REPLACEABLE.items():
