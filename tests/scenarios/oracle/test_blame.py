@@ -246,7 +246,7 @@ def pairs(config): return Tracker(config, associator=Pairs())
     [
         ("boxes", "its detector has no segment, link, fit and box, which oracles replace; derive it from"),
         ("pairs", "its associator has no pair score, which oracles replace; derive it from"),
-        ("Nothing", "has none of the stages detector, associator, model_selection, track_management that oracles"),
+        ("Nothing", "has none of the stages detector, associator, track_management that oracles"),
     ],
 )
 def test_a_tracker_without_a_stage_is_one_line_that_names_it(name, message, tmp_path, monkeypatch, capfd):
