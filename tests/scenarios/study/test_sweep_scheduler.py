@@ -27,7 +27,7 @@ def test_an_external_cluster_gives_the_same_rows_until_its_scheduler_dies(tmp_pa
 
         small_study(tmp_path / "study", seeds=40)
         more = start(study, "--scheduler", address)
-        wait_for_rows(study, 3, more)
+        wait_for_rows(study, 23, more)  # 20 are of the first sweep
         os.killpg(scheduler.pid, signal.SIGKILL)
         output, error = more.communicate(timeout=60)
         end(more)
