@@ -43,7 +43,7 @@ class Mounting:
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """What is read from the files."""
+    """Topics, poses and times to read from the files."""
 
     topic: Annotated[
         list[str] | None, typer.Option(help="Topic of LIDAR points; one per LIDAR, in the order of the mounts.")

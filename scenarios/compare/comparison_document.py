@@ -63,14 +63,10 @@ def comparison_document(comparison: Comparison, base: str, head: str) -> Documen
         title="Comparison of two versions",
         answer=said,
         lead=[change_figure(comparison), facts],
-        sections=[section for section in sections if not _is_empty(section)],
+        sections=sections,
         data={"base": base, "head": head, **_data(comparison)},
         name=f"{said.verdict}: {base} and {head}",
     )
-
-
-def _is_empty(section: Section) -> bool:
-    return not section.blocks or all(isinstance(block, Table) and not block.rows for block in section.blocks)
 
 
 def _command(comparison: Comparison, base: str, head: str) -> str:

@@ -50,7 +50,7 @@ def trends_document(trends: Trends) -> Document:
         title=f"Trends over {len(trends.labels)} baselines",
         answer=Answer(_sentence(trends)),
         lead=[first, Facts(facts, large=True)],
-        sections=[section for section in sections if section.blocks],
+        sections=sections,
     )
 
 

@@ -1,7 +1,7 @@
 """Document: its answer in one sentence, and sections of sentences, tables and figures.
 
-A page, the text in a terminal, the Markdown of a comment and JSON are renderings of one document, so that they cannot
-say different things.
+A page, the text in a terminal, the Markdown of a comment and JSON are renderings of one document, so that they always
+agree.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,12 +22,12 @@ LISTED = 8
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a document says, for a reader of one sentence."""
+    """Verdict and main result, for a reader of one sentence."""
 
     sentence: str
     """Without a full stop."""
     verdict: str = ""
-    """One or two words, such as "passed" or "cannot tell"; empty for a document that judges nothing."""
+    """Short verdict, such as "passed" or "cannot tell"; empty for a document that judges nothing."""
     style: Style = ""
     """Colour of the verdict."""
 
@@ -113,6 +113,11 @@ class Section:
     page_only: bool = False
     """True if a terminal leaves it out, because it is long or needs pictures."""
 
+    @property
+    def is_empty(self) -> bool:
+        """True without any block but tables without rows."""
+        return all(isinstance(block, Table) and not block.rows for block in self.blocks)
+
 
 @dataclass(frozen=True, slots=True)
 class Document:
@@ -123,10 +128,16 @@ class Document:
     lead: Sequence[Block]
     """Blocks below the answer; the first figure among them is on the first screen of a phone."""
     sections: Sequence[Section]
+    """All sections that such a document can have; `shown` leaves out the empty ones."""
     data: Mapping[str, Any] = field(default_factory=dict)
     """Figures for programs, beside verdict and answer."""
     name: str = ""
     """Name of a browser's tab; by default the title."""
+
+    @property
+    def shown(self) -> list[Section]:
+        """Sections with contents."""
+        return [section for section in self.sections if not section.is_empty]
 
     def blocks(self) -> Iterator[Block]:
         """Yield all blocks, those of folded ones, too."""

@@ -101,7 +101,7 @@ def kind(block: Block) -> str:
 
 
 def groups(blocks: Iterable[Block]) -> list[tuple[str, Sequence[Sequence[Block]]]]:
-    """Return blocks in rows: figures beside each other, each with the folded blocks below it; tables likewise."""
+    """Return blocks in rows: figures and tables side by side, each figure with the folded blocks below it."""
     found: list[tuple[str, list[list[Block]]]] = []
     for block in blocks:
         former = found[-1][0] if found else ""

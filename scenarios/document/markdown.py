@@ -28,7 +28,7 @@ def markdown(document: Document) -> str:
     verdict = f": {document.answer.verdict}" if document.answer.verdict else ""
     lines = [f"### {plain(document.title)}{verdict}", "", f"**{plain(document.answer.sentence)}.**", ""]
     lines += _blocks(document.lead)
-    for section in document.sections:
+    for section in document.shown:
         if not section.page_only:
             lines += _blocks(section.blocks)
     return "\n".join(lines)

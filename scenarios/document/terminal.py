@@ -40,7 +40,7 @@ COLORS: dict[Style, str] = {
 def document(shown: Document) -> Group:
     """Return a document: the answer, then its sections without headings, since tables have titles."""
     parts: list[RenderableType] = [answer(shown.answer), *_blocks(shown.lead)]
-    for section in shown.sections:
+    for section in shown.shown:
         if not section.page_only:
             parts += _blocks(section.blocks)
     return Group(*(Padding(part, (0, 0, 1, 0), expand=False) for part in parts))

@@ -145,7 +145,7 @@ def _overlaps(pairs: FramePairs) -> pd.DataFrame:
 
 
 def _boxes(pairs: FramePairs, table: BoxTable, frame: Ints) -> dict[str, npt.NDArray[Any]]:
-    """Return frame, box, velocity and range; the axes are those of the files, whatever the columns are called."""
+    """Return frame, box, velocity and range; the axes are those of the files, also in columns named after the world."""
     boxes = table.boxes
     velocity = np.full((len(table), 2), np.nan) if table.velocity is None else table.velocity
     return {
@@ -167,7 +167,7 @@ def _classes(table: BoxTable) -> pd.Categorical:
 
 
 def _modes(table: BoxTable) -> pd.Categorical:
-    """(N,) standing or not, from the velocity; unknown without one. No metric of files tells moving modes apart."""
+    """(N,) standing or not, from the velocity; unknown without one. Moving modes are not distinguished in files."""
     speed = np.full(len(table), np.nan) if table.velocity is None else np.hypot(*table.velocity.T)
     return _category(np.where(np.isnan(speed), -1, speed >= STANDING_BELOW_MPS), MODELS)
 

@@ -96,7 +96,7 @@ def league_document(rows: Sequence[Row], found: Sequence[Standing], request: Req
         title=f"League of {len(found)} trackers",
         answer=Answer(lead(found)),
         lead=[hota_figure(found), Facts(facts)],
-        sections=[section for section in sections if section.blocks],
+        sections=sections,
         data=_data(rows, found, request),
     )
 

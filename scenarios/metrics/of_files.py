@@ -12,7 +12,7 @@ UNKNOWN = {
     "track.id_switches_in_view": NO_OCCLUSION,
     "track.acceleration_abs_mean_mps2": "files of boxes have no accelerations",
 }
-"""Reasons by the kind or name of the metric, whatever the files have."""
+"""Reasons by the kind or name of the metric, for all files."""
 NAMES = tuple(
     name
     for name, one in DEFINITIONS.items()
@@ -41,7 +41,7 @@ COLUMNS = {
     "height_abs_error_m": "height",
     "wait_s": "time",
 }
-"""What the values and rows of metrics need, by their columns."""
+"""Needed contents of the files, by the column of a metric's values or rows."""
 NAMED = {"track.amota": "score", "track.amotp_m": "score", "dataset.points_per_observation": "points"}
 """The same by the names of metrics."""
 

@@ -32,7 +32,7 @@ import numpy as np
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW
 from luxloop.scenarios.grading.plane_geometry import QUARTER, turned
-from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
+from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth, oracle_over
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.detection.segmentation import keep_only, regrouped
@@ -214,13 +214,7 @@ class OracleDetector(Detector):
     @classmethod
     def over(cls, real: Detector, stages: frozenset[Stage], context: OracleContext) -> "OracleDetector":
         """Return a detector with oracles for some stages; the other stages are those of a real one."""
-        kind = type(real)
-        mixed: type[OracleDetector] = (
-            cls if kind is Detector else type(f"{cls.__name__}Over{kind.__name__}", (cls, kind), {})
-        )
-        found = mixed.__new__(mixed)
-        vars(found).update(vars(real), _stages=stages, _context=context)
-        return found
+        return oracle_over(cls, Detector, real, _stages=stages, _context=context)
 
     @property
     def truth(self) -> Truth:

@@ -30,7 +30,7 @@ import numpy as np
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.mode_metrics import MODE_OF
-from luxloop.scenarios.oracle.oracle_truth import OracleContext
+from luxloop.scenarios.oracle.oracle_truth import OracleContext, oracle_over
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.tracker.records import MODELS, Status
@@ -166,13 +166,7 @@ class OracleConfirmation(DefaultTrackManagement):
         cls, real: DefaultTrackManagement, stages: frozenset[Stage], context: OracleContext
     ) -> "OracleConfirmation":
         """Return a track management with the truth over the decisions of a real one."""
-        kind = type(real)
-        mixed: type[OracleConfirmation] = (
-            cls if kind is DefaultTrackManagement else type(f"{cls.__name__}Over{kind.__name__}", (cls, kind), {})
-        )
-        found = mixed.__new__(mixed)
-        vars(found).update(vars(real), _active=Stage.CONFIRMATION in stages, _context=context)
-        return found
+        return oracle_over(cls, DefaultTrackManagement, real, _active=Stage.CONFIRMATION in stages, _context=context)
 
     def settle(self, tracks: TrackTable) -> None:
         """Update the status of every track; the truth confirms those that were seen."""

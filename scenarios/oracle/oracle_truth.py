@@ -1,6 +1,7 @@
 """Ground truth of one scan, for oracles, which share it for the scan that the tracker sees."""
 
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import Detection, Segments
 from luxloop.tracker.tracking.track_table import TrackTable
 
+OracleT = TypeVar("OracleT")
 USUAL = GradingConfig()
 """Default limits of the grader, for the ownership of segments and the bend of articulated trucks."""
 
@@ -113,3 +115,22 @@ class OracleContext:
     def track_actor(self, tracks: TrackTable) -> Ints:
         """(T,) actor that each track follows, `NO_ACTOR` for none."""
         return np.array([self._actor_of.get(id, NO_ACTOR) for id in tracks.id.tolist()], dtype=np.int64)
+
+
+def oracle_over(oracle: type[OracleT], shipped: type, real: object, **attributes: Any) -> OracleT:
+    """Return an oracle over a real stage: it has the stage's state, and its methods where the oracle has none.
+
+    Parameters
+    ----------
+    oracle
+        Class derived from `shipped`.
+    shipped
+        Class of the shipped stage, from which the class of `real` is derived, too.
+    attributes
+        Further attributes of the oracle.
+    """
+    kind = type(real)
+    mixed: Any = oracle if kind is shipped else type(f"{oracle.__name__}Over{kind.__name__}", (oracle, kind), {})
+    found: OracleT = mixed.__new__(mixed)
+    vars(found).update(vars(real), **attributes)
+    return found

@@ -270,7 +270,7 @@ def recording_document(
         title=recording.name,
         answer=said,
         lead=[*([whole_drive(drive, tracks)] if drive else []), about, Facts(headlines(result, tracks), large=True)],
-        sections=[section for section in sections if section.blocks],
+        sections=sections,
         name=f"{recording.name}: tracks",
     )
 

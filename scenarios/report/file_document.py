@@ -8,7 +8,7 @@ from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definitions import RANGE_BANDS, find_metric
 from luxloop.scenarios.report.cells import counted, percent_of, table_of, value_of, with_unit
-from luxloop.scenarios.report.tables import figure_rows
+from luxloop.scenarios.report.tables import figure_rows, grading_limits
 from luxloop.scenarios.report.track_tables import band_label
 from luxloop.scenarios.result import Result
 
@@ -47,13 +47,11 @@ def file_document(result: Result, figures: Sequence[Figure] = ()) -> Document:
     """Return a grading of files as a document."""
     first, more = figures[:1], figures[1:]
     files, missing = result.config["files"], without_value(result)
-    limits = {name: value for name, value in files["limits"].items() if value is not None}
-    graded = "Graded with " + ", ".join(f"{name} = {value:g}" for name, value in limits.items())
     sections = [
         Section("tracks", "Tracks", [*more, *tables(result)]),
         Section("bands", "By class and range", by_band(result)),
         Section("missing", "Metrics without a value", missing),
-        Section("limits", "Limits", [Paragraph(graded, "dim")]),
+        Section("limits", "Limits", [grading_limits(files["limits"])]),
     ]
     return Document(
         title=f"{Path(result.config['device']).name} on {result.scenario}",
@@ -64,7 +62,7 @@ def file_document(result: Result, figures: Sequence[Figure] = ()) -> Document:
             *first,
             Facts({name: with_unit(result.metrics[metric]) for metric, name in HEADLINES.items()}, large=True),
         ],
-        sections=[section for section in sections if section.blocks],
+        sections=sections,
     )
 
 

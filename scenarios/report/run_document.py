@@ -97,13 +97,9 @@ def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document
         title=result.scenario,
         answer=answer(result, run.checks),
         lead=[*first, Facts(run.headlines, large=True), *header(result)],
-        sections=[section for section in sections if _shown(section)],
+        sections=sections,
         name=f"{result.scenario}: {run.verdict}",
     )
-
-
-def _shown(section: Section) -> bool:
-    return any(not isinstance(block, Table) or block.rows for block in section.blocks)
 
 
 def header(result: Result) -> list[Block]:
@@ -195,14 +191,8 @@ def _stages(result: Result) -> list[Block]:
         tables.outliers(result),
         *([tables.control(result)] if result.config["control"] else []),
         tables.speed(result),
-        grading_limits(result.config["grading"]),
+        tables.grading_limits(result.config["grading"]),
     ]
-
-
-def grading_limits(grading: Mapping[str, Any]) -> Paragraph:
-    """Return the limits of grading, which the metrics depend on."""
-    numbers = {name: value for name, value in grading.items() if not isinstance(value, str)}
-    return Paragraph("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in numbers.items()), "dim")
 
 
 def _again(run: ReportedRun) -> list[Block]:

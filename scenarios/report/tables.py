@@ -1,7 +1,9 @@
 """Tables of a report that the paper does not have: stages, controlled ego, and speed."""
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
+from luxloop.scenarios.document.document import Paragraph
 from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import (
@@ -109,3 +111,9 @@ def speed(result: Result) -> Table:
     if factor is not None:
         table.add_row("whole loop", f"{factor:.1f} x real time", "without recording")
     return table
+
+
+def grading_limits(limits: Mapping[str, Any]) -> Paragraph:
+    """Return the limits of grading, which the metrics depend on; those that are no numbers are left out."""
+    numbers = {name: value for name, value in limits.items() if isinstance(value, int | float)}
+    return Paragraph("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in numbers.items()), "dim")

@@ -75,7 +75,7 @@ def study_document(sweep: Sweep, pictures: Sequence[Figure]) -> Document:
         title=study.path.stem,
         answer=Answer(answer(sweep)),
         lead=[*(block for one in first for block in one), Paragraph(study.description)],
-        sections=[section for section in sections if section.blocks],
+        sections=sections,
         name=f"{study.path.stem}: {len(sweep.rows)} runs",
     )
 

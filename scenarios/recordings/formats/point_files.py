@@ -1,4 +1,4 @@
-"""Files of one sweep each as a recording, and sweeps of tables of points, whatever their fields are called."""
+"""Files of one sweep each as a recording, and sweeps of tables of points with the field names of common drivers."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

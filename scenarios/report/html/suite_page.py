@@ -101,7 +101,7 @@ def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> Docume
         title="Suite",
         answer=said,
         lead=[suite_figure([one.run for one in runs])] if runs else [],
-        sections=[section for section in sections if section.blocks],
+        sections=sections,
         name=f"{said.verdict}: {len(runs) + len(torn)} runs",
     )
 

@@ -63,7 +63,7 @@ def trackers_page(runs: Mapping[str, ReportedRun]) -> Document:
         title=f"{longest.scenario}, seed {longest.seed}: {len(runs)} trackers",
         answer=Answer(best(results)),
         lead=[first, _legend(runs, frames), Paragraph(longest.config["description"])],
-        sections=[section for section in sections if section.blocks],
+        sections=sections,
         name=name,
     )
 
