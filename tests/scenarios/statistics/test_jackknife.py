@@ -119,8 +119,8 @@ def test_a_figure_of_vehicles_without_an_interval_says_why():
     """Two vehicles are too few; errors of 0 of many vehicles have no scale; a count never has an interval."""
     two, errors = np.repeat([0, 1], 5), np.arange(10.0)
     metrics = [
-        figure("fit.heading_abs_mean_deg", two, best=True, heading_abs_deg=errors),
-        figure("fit.heading_std_deg", two, best=True, heading_deg=errors),
+        figure("fit.heading_abs_mean_deg", two, best=True, heading_abs_error_deg=errors),
+        figure("fit.heading_std_deg", two, best=True, heading_error_deg=errors),
         figure("fit.regret_deg", np.repeat(np.arange(5), 2), best=True, regret_deg=np.zeros(10)),
         figure("segmentation.over_rate", np.repeat(np.arange(5), 2), segmented=True, is_split=errors > 2),
     ]
@@ -167,8 +167,8 @@ def test_median_of_vehicles_with_one_value_each_is_near_that_of_order_statistics
 
 def test_means_and_deviations_over_vehicles_have_intervals_and_rates_of_points_have_none():
     vehicle, values = observations(vehicles=6, each=5)
-    mean = figure("fit.heading_mean_deg", vehicle, best=True, heading_deg=values)
-    deviation = figure("fit.heading_std_deg", vehicle, best=True, heading_deg=values)
+    mean = figure("fit.heading_mean_deg", vehicle, best=True, heading_error_deg=values)
+    deviation = figure("fit.heading_std_deg", vehicle, best=True, heading_error_deg=values)
     rate = figure("outliers.recall{cause=mirror}", vehicle, mirror=True, removed=1.0, points=2.0)
     assert [metric.interval is None for metric in (mean, deviation, rate)] == [False, False, True]
     assert (rate.value, rate.n) == (0.5, 60)

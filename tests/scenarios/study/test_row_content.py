@@ -114,6 +114,7 @@ def test_a_changed_tracker_or_a_module_that_it_imports_changes_the_key(folder, n
 def test_trackers_by_module_and_by_command_have_a_digest(folder, monkeypatch):
     monkeypatch.chdir(folder)
     monkeypatch.delitem(sys.modules, "mine", raising=False)  # of another test
+    monkeypatch.setattr(sys, "path", [place for place in sys.path if not Path(place, "mine.py").exists()])
     module, command = run_content.of_tracker("mine:Tracker"), run_content.of_tracker(f"process:sh {folder}/mine.py")
     assert module == run_content.of_tracker(f"{folder / 'mine.py'}:Tracker")
     (folder / "own_filter.py").write_text("GAIN = 0.9\n")
