@@ -16,10 +16,9 @@ from luxloop.sensor_model.visibility import MAX_CLEAN_DEPTH
 from luxloop.sim.modes import ModeLimits
 from luxloop.sim.scripted.script import EGO_SIZE, SIZE_BY_KIND
 from luxloop.sim.world import Kind
-from luxloop.tracker.detection.body_fit import ASYMMETRY_STD_RAD
-from luxloop.tracker.detection.bowed_faces import LINE_STD_M
 from luxloop.tracker.detection.boxes import NOISE_STD_M
 from luxloop.tracker.detection.faces import CURVE_DEPTH_M
+from luxloop.tracker.detection.heading_posterior import SHAPE_STD_RAD
 from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.preprocess import PreprocessConfig
 from luxloop.tracker.tracking.existence import ExistenceConfig, existence
@@ -58,11 +57,11 @@ TUNED = {
     ),
     "direction of a face by one unit [rad]": (
         (math.radians(CalibrationError().yaw_sigma_deg), "residual error of a calibrated mount"),
-        (ASYMMETRY_STD_RAD, "convergence of flanks"),
+        (SHAPE_STD_RAD, "bow of real flanks and ends"),
     ),
     "position of a face [m]": (
         (CalibrationError().xy_sigma_m, "residual error of a calibrated mount"),
-        (LINE_STD_M, FILTERS.position_std_floor_m, "layers of real cars, beam spacing"),
+        (FILTERS.position_std_floor_m, "beam spacing"),
     ),
     "length of a car [m]": (
         (SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"),

@@ -125,9 +125,8 @@ class Candidates:
     """(S, M) cost of the selection, in the unit of `selection.variant`; NaN for methods that it does not compare."""
     best: Ints
     """(S,) method of the lowest cost."""
-    covariance: Floats | None = None
-    """(S, 3, 3) of x, y [m] and heading [rad] of the best rectangle, ego frame, turning about the mean of the segment's
-    points; None if the selection gives none."""
+    heading_variance: Floats | None = None
+    """(S,) of the best rectangle [rad^2]; None if the selection gives none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

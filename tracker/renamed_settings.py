@@ -27,6 +27,11 @@ RENAMED = {
 }
 """New key of each old one."""
 
+REMOVED = {
+    "tracker.body": "the fitted body is gone",
+}
+"""Reason by old section or key without a successor."""
+
 _NAMES = {
     "tracker/detection/preprocess.py": {
         "tracker.preprocess.own_margin_m": "OWN_MARGIN_M",
@@ -77,30 +82,6 @@ _NAMES = {
     "tracker/detection/alignment.py": {
         "tracker.selection.reach_m": "REACH_M",
         "tracker.selection.flatness_m": "FLATNESS_M",
-    },
-    "tracker/detection/bowed_faces.py": {
-        "tracker.body.flatness_m": "FLATNESS_M",
-        "tracker.body.line_std_m": "LINE_STD_M",
-        "tracker.body.inside_m": "INSIDE_M",
-        "tracker.body.inside_share": "INSIDE_FRACTION",
-        "tracker.body.cost_max": "COST_MAX",
-        "tracker.body.flank_curvature_per_m": "FLANK_CURVATURE_PER_M",
-        "tracker.body.flank_curvature_std_per_m": "FLANK_CURVATURE_STD_PER_M",
-        "tracker.body.end_curvature_per_m": "END_CURVATURE_PER_M",
-        "tracker.body.end_curvature_std_per_m": "END_CURVATURE_STD_PER_M",
-        "tracker.body.flank_length_m": "FLANK_LENGTH_M",
-        "tracker.body.end_length_m": "END_LENGTH_M",
-        "tracker.body.flank_whole_min_m": "FLANK_WHOLE_MIN_M",
-        "tracker.body.end_whole_min_m": "END_WHOLE_MIN_M",
-        "tracker.body.flank_middle_std_m": "FLANK_MIDDLE_STD_M",
-        "tracker.body.end_middle_std_m": "END_MIDDLE_STD_M",
-        "tracker.body.part_middle_std_m": "PART_MIDDLE_STD_M",
-        "tracker.body.width_max_m": "WIDTH_MAX_M",
-    },
-    "tracker/detection/body_fit.py": {
-        "tracker.body.alignment_weight": "ALIGNMENT_WEIGHT",
-        "tracker.body.temperature": "TEMPERATURE",
-        "tracker.body.asymmetry_std_rad": "ASYMMETRY_STD_RAD",
     },
     "tracker/detection/baselines.py": {
         "tracker.baselines.inlier_m": "INLIER_M",
@@ -266,6 +247,9 @@ def remedy(key: str) -> str | None:
     """
     if key in RENAMED:
         return f"is {RENAMED[key]} now"
+    for removed, reason in REMOVED.items():
+        if f"{key}.".startswith(f"{removed}."):
+            return f"is not used any more: {reason}; leave it out"
     if key in CONSTANTS:
         constant = CONSTANTS[key]
         return f"is a constant now, {constant.name} in {constant.file}; leave it out"

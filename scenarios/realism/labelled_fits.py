@@ -43,7 +43,7 @@ def fit(vehicles: Sequence[LabelledVehicle], config: DetectorConfig | None = Non
 
     def selected(chosen: selection.SelectionConfig) -> tuple[Floats, Floats]:
         found = selection.select(points, linkage, headings, chosen, config.lidar.range_std_m)
-        variance = np.full(len(each), np.nan) if found.covariance is None else found.covariance[:, 2, 2]
+        variance = np.full(len(each), np.nan) if found.heading_variance is None else found.heading_variance
         return found.heading[each, found.best], np.degrees(np.sqrt(variance))
 
     best, std_deg = selected(config.selection)

@@ -47,6 +47,7 @@ def test_the_constant_exists_and_the_old_key_does_not(old):
         ("extent", "hidden_length_m = 0.2", "has no settings any more, they are constants; leave it out"),
         ("mma", "standing_mps = 0.5", "is a constant now, STANDING_MPS in tracker/tracking/mma.py; leave it out"),
         ("linkage", "gate = 2.0", "is a constant now, GATE in tracker/detection/faces.py; leave it out"),
+        ("body", "inside_m = 2.0", "is not used any more: the fitted body is gone; leave it out"),
         ("shadow", "depth_m = 2.0", "has no settings any more, they are constants; leave it out"),
         ("walls", "beam_rad = 0.01", "leave it out; tracker.walls.beam_rad is tracker.lidar.beam_deg now"),
         ("life", "confirm_hits = 5", "is tracker.confirmation now"),

@@ -62,7 +62,7 @@ def append(
         size=np.concatenate([candidates.size, size], axis=1),
         cost=np.concatenate([candidates.cost, np.full(shape, np.nan)], axis=1),
         best=candidates.best,
-        covariance=candidates.covariance,
+        heading_variance=candidates.heading_variance,
     )
 
 

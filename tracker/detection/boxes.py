@@ -67,8 +67,6 @@ class BoxPoints(NamedTuple):
     """(B,) mean time of these [s]; 0 without any."""
     cut: Bools
     """(B, 2, 2) mask of ends, low and high, along and across heading, with a truncated one of these points."""
-    mean: Floats
-    """(B, 2) mean of all points [m]."""
     viewpoint: Floats
     """(B, 2) mean position of the units of all points [m]."""
     extent: Floats
@@ -88,6 +86,7 @@ def build(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, con
     seen = box_points(points.xy, on_line, points.truncated, points.time_offset, points.viewpoint_ego, span,
                       (center, heading, size), CUT_MARGIN_M)  # fmt: skip
     corner, sign = nearest_corner(center, heading, size, seen.viewpoint)
+    covariance = sides_covariance(points, on_line, kept, corner, heading)
     return Boxes(
         segment=kept,
         center_ego=center,
@@ -96,9 +95,9 @@ def build(points: SegmentedPoints, linkage: Linkage, candidates: Candidates, con
         corner_ego=corner,
         corner_sign=sign,
         covariance=(
-            sides_covariance(points, on_line, kept, corner, heading)
-            if candidates.covariance is None
-            else corner_covariance(candidates.covariance[kept], corner - seen.mean, END_STD_M)
+            covariance
+            if candidates.heading_variance is None
+            else with_heading_variance(covariance, candidates.heading_variance[kept])
         ),
         support=seen.support,
         time_offset=seen.time,
@@ -183,18 +182,11 @@ def side_covariance(from_corner: Floats, box: Ints, heading: Floats, noise_std_m
     return np.asarray(turn @ np.linalg.inv(information) @ turn.transpose(0, 2, 1))
 
 
-def corner_covariance(covariance: Floats, from_mean: Floats, end_std_m: float) -> Floats:
-    """(B, 3, 3) covariance of corner x, y [m] and heading [rad], ego frame, from that of fitted bodies.
-
-    A corner at `from_mean` (B, 2) from the mean of the points moves when the body turns about the mean. The end of a
-    side without points on the adjacent side has the prior `end_std_m`.
-    """
-    moved = np.zeros_like(covariance)
-    moved[:, 0, 0] = moved[:, 1, 1] = moved[:, 2, 2] = 1.0
-    moved[:, 0, 2], moved[:, 1, 2] = -from_mean[:, 1], from_mean[:, 0]
-    of_corner = moved @ covariance @ moved.transpose(0, 2, 1)
-    prior = np.diag([end_std_m**-2, end_std_m**-2, HEADING_PRIOR_STD**-2])
-    return np.asarray(np.linalg.inv(np.linalg.inv(of_corner) + prior))
+def with_heading_variance(covariance: Floats, variance: Floats) -> Floats:
+    """Return covariances (B, 3, 3) with another variance (B,) of the heading, and the corner as it depends on it."""
+    slope = covariance[:, :, 2] / covariance[:, 2, 2, None]
+    added = variance - covariance[:, 2, 2]
+    return np.asarray(covariance + added[:, None, None] * slope[:, :, None] * slope[:, None, :])
 
 
 @kernel(error_model="numpy")
@@ -227,7 +219,7 @@ def box_points(
     """
     (center, heading, size), boxes = box, len(span)
     support, mean_time, cut = np.zeros(boxes, np.int64), np.zeros(boxes), np.zeros((boxes, 2, 2), np.bool_)
-    mean, view, extent = np.zeros((boxes, 2)), np.zeros((boxes, 2)), np.zeros((boxes, 2))
+    view, extent = np.zeros((boxes, 2)), np.zeros((boxes, 2))
     low, high = np.empty(2), np.empty(2)
     for b in range(boxes):
         cos, sin = math.cos(heading[b]), math.sin(heading[b])
@@ -240,7 +232,6 @@ def box_points(
                 mean_time[b] += time[i]
             for axis in range(2):
                 low[axis], high[axis] = min(low[axis], place[axis]), max(high[axis], place[axis])
-                mean[b, axis] += points[i, axis]
                 view[b, axis] += viewpoint[i, axis]
                 end = 0.5 * size[b, axis] - cut_margin
                 if on_line[i] and truncated[i]:
@@ -248,10 +239,10 @@ def box_points(
                     cut[b, axis, 1] = cut[b, axis, 1] or place[axis] >= end
         count = span[b, 1] - span[b, 0]
         for axis in range(2):  # a loop: expressions of arrays take seconds to compile
-            mean[b, axis], view[b, axis] = mean[b, axis] / count, view[b, axis] / count
+            view[b, axis] /= count
             extent[b, axis] = high[axis] - low[axis]
         mean_time[b] /= max(support[b], 1)
-    return BoxPoints(support, mean_time, cut, mean, view, extent)
+    return BoxPoints(support, mean_time, cut, view, extent)
 
 
 def in_shadow(boxes: Boxes) -> Bools:

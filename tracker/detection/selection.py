@@ -1,4 +1,4 @@
-"""Best selection: choose among the candidate headings and refine the best."""
+"""Best selection: the heading of each segment, from its points or among the candidates."""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 
 from luxloop.tracker.arrays import Floats, Ints
 from luxloop.tracker.compiled import kernel
-from luxloop.tracker.detection import body_fit
+from luxloop.tracker.detection import heading_posterior
 from luxloop.tracker.detection.alignment import FLATNESS_M, REACH_M, align
 from luxloop.tracker.detection.rectangles import measure
 from luxloop.tracker.geometry import fold
@@ -19,15 +19,15 @@ from luxloop.tracker.records import Candidates, Linkage, SegmentedPoints
 class SelectionConfig:
     """Cost of the selection."""
 
-    variant: Literal["body", "alignment", "paper"] = "body"
+    variant: Literal["posterior", "alignment", "paper"] = "posterior"
     """`paper`: equation (3), the variance of the absolute residuals on the dominant line, among the four candidates.
     T-linkage's heading is that line's least-squares direction, so other candidates rarely win. `alignment`: alignment
-    of all points of the segment along and across the heading; the best candidate is refined to the minimum. `body`: a
-    body with bowed faces is fitted from the best aligned candidates. Change it to compare with the paper."""
+    of all points of the segment along and across the heading; the best candidate is refined to the minimum.
+    `posterior`: the mean of all headings, weighted by their likelihood. Change it to compare with the paper."""
 
     def __post_init__(self) -> None:
-        if self.variant not in ("body", "alignment", "paper"):
-            raise ValueError(f'variant is "{self.variant}"; give "body", "alignment" or "paper"')
+        if self.variant not in ("posterior", "alignment", "paper"):
+            raise ValueError(f'variant is "{self.variant}"; give "posterior", "alignment" or "paper"')
 
 
 def select(
@@ -39,10 +39,11 @@ def select(
 ) -> Candidates:
     """Return the rectangles of headings (S, 4), of a refined one, their costs, and the best per segment.
 
-    The last method, `refined`, is the best of the others; `alignment` refines its heading, `body` fits it, `paper` does
-    not. `body` always selects it. `range_std_m` is the range noise [m].
+    The last method, `refined`, is the best of the others with `paper`, the same turned to the highest alignment with
+    `alignment`, and the mean of all headings with `posterior`, which always selects it and states its variance.
+    `range_std_m` is the range noise [m].
     """
-    covariance = None
+    variance = None
     if config.variant == "paper":
         cost = residual_variance(points, linkage, heading)
         cheapest = np.argmin(cost, axis=1)[:, None]
@@ -52,15 +53,13 @@ def select(
         turned, cost = align(points.xy, points.offset, heading, REACH_M, FLATNESS_M)
         refined = turned[:, -1:]
     else:
-        found = body_fit.fit(points, heading, range_std_m)
-        refined, covariance = found.heading[:, None], found.covariance
-        cost = np.full((len(heading), heading.shape[1] + 1), np.nan)
-        cost[:, -1] = found.cost
-    fitted = covariance is not None or not len(cost)
-    best = np.full(len(cost), cost.shape[1] - 1) if fitted else np.nanargmin(cost, axis=1)
+        mean, variance = heading_posterior.average(points)
+        refined, cost = mean[:, None], np.full((len(heading), heading.shape[1] + 1), np.nan)
+    averaged = variance is not None or not len(cost)
+    best = np.full(len(cost), cost.shape[1] - 1) if averaged else np.nanargmin(cost, axis=1)
     heading = np.concatenate([heading, fold(refined)], axis=1)
     center, size = measure(points, linkage, heading, range_std_m)
-    return Candidates(heading=heading, center_ego=center, size=size, cost=cost, best=best, covariance=covariance)
+    return Candidates(heading=heading, center_ego=center, size=size, cost=cost, best=best, heading_variance=variance)
 
 
 def residual_variance(points: SegmentedPoints, linkage: Linkage, heading: Floats) -> Floats:

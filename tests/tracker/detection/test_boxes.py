@@ -165,7 +165,7 @@ def test_reported_heading_deviation_matches_the_error():
     assert 0.5 < np.sqrt(np.mean(np.square(ratio))) < 2.0
 
 
-@pytest.mark.parametrize("variant", ["body", "alignment"])
+@pytest.mark.parametrize("variant", ["posterior", "alignment"])
 @settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 60))
 def test_covariance_is_positive_definite(variant, seed, count):
