@@ -16,7 +16,7 @@ from luxloop.sensor_model.visibility import MAX_CLEAN_DEPTH
 from luxloop.sim.modes import ModeLimits
 from luxloop.sim.scripted.script import EGO_SIZE, SIZE_BY_KIND
 from luxloop.sim.world import Kind
-from luxloop.tracker.detection.boxes import NOISE_STD_M
+from luxloop.tracker.detection.boxes import DEPTH_STD_M, NOISE_STD_M
 from luxloop.tracker.detection.faces import CURVE_DEPTH_M
 from luxloop.tracker.detection.heading_posterior import SHAPE_STD_RAD
 from luxloop.tracker.detection.lidar import LidarConfig
@@ -61,7 +61,7 @@ TUNED = {
     ),
     "position of a face [m]": (
         (CalibrationError().xy_sigma_m, "residual error of a calibrated mount"),
-        (FILTERS.position_std_floor_m, "beam spacing"),
+        (DEPTH_STD_M, FILTERS.position_std_floor_m, "layers of real cars, beam spacing"),
     ),
     "length of a car [m]": (
         (SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"),

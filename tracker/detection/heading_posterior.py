@@ -2,7 +2,7 @@
 
 The likelihood has two parts: the alignment of the points along and across the heading, and the extent of the segment
 across the line of sight. A vehicle at an angle to the line of sight shows its flank, so that an end without points
-beside it is seen head on. Nothing is assumed about the shape of faces: real ones are flat, bowed or arcs.
+beside it is seen head on, unless an occluder hides the rest. Nothing is assumed about the shape of faces: real ones are flat, bowed or arcs.
 """
 
 import math
@@ -23,7 +23,7 @@ POINTS_MAX = 100
 POINTS_PER_OBSERVATION = 2.0
 """Points that count as one independent observation: neighbours on a scan line share the shape of the body."""
 MISSING_COST_PER_M = 1.5
-"""Negative log-likelihood of a metre of vehicle across the line of sight without points [1/m]."""
+"""Negative log-likelihood of a metre of vehicle across the line of sight without points or occluder [1/m]."""
 LENGTH_MIN_M, WIDTH_MIN_M = 3.6, 1.5
 """Least size of a car [m]; smaller vehicles lack the same extent at all headings."""
 SHAPE_STD_RAD = math.radians(1.0)
@@ -35,7 +35,8 @@ def average(points: SegmentedPoints) -> tuple[Floats, Floats]:
     viewpoint = means(points.viewpoint_ego, points.label, points.segments.count)
     chosen, offset = even_subset(points.xy, points.offset, POINTS_MAX)
     heading = np.arange(0.0, QUARTER - 0.5 * STEP_RAD, STEP_RAD)
-    cost = heading_costs(points.xy[chosen], offset, viewpoint, heading)
+    whole = np.bincount(points.label, points.truncated, points.segments.count) == 0.0
+    cost = heading_costs(points.xy[chosen], offset, viewpoint, MISSING_COST_PER_M * whole, heading)
     weight = np.exp(cost.min(axis=1, keepdims=True) - cost)
     weight /= weight.sum(axis=1, keepdims=True)
     mean = 0.25 * np.angle(weight @ np.exp(4j * heading))  # a quarter turn becomes a whole one
@@ -45,16 +46,20 @@ def average(points: SegmentedPoints) -> tuple[Floats, Floats]:
 
 
 @kernel(error_model="numpy")
-def heading_costs(points: Floats, offset: Ints, viewpoint: Floats, heading: Floats) -> Floats:
-    """Return the cost (S, M) of headings (M,); segment s has points offset[s] to offset[s + 1], from viewpoint[s]."""
+def heading_costs(points: Floats, offset: Ints, viewpoint: Floats, missing: Floats, heading: Floats) -> Floats:
+    """Return the cost (S, M) of headings (M,).
+
+    Segment s has points offset[s] to offset[s + 1] from viewpoint[s], and the cost missing[s] of extent without points
+    [1/m].
+    """
     cost = np.empty((len(offset) - 1, len(heading)))
     for s in range(len(cost)):
-        costs(points[offset[s] : offset[s + 1]], viewpoint[s], heading, cost[s])
+        costs(points[offset[s] : offset[s + 1]], viewpoint[s], missing[s], heading, cost[s])
     return cost
 
 
 @kernel(error_model="numpy")
-def costs(points: Floats, viewpoint: Floats, heading: Floats, cost: Floats) -> None:
+def costs(points: Floats, viewpoint: Floats, missing_cost: float, heading: Floats, cost: Floats) -> None:
     """Write the negative log-likelihood (M,) of headings (M,) for the points (N, 2) of a segment."""
     along, across = np.empty(len(points)), np.empty(len(points))
     x, y = points[:, 0].mean() - viewpoint[0], points[:, 1].mean() - viewpoint[1]
@@ -70,4 +75,4 @@ def costs(points: Floats, viewpoint: Floats, heading: Floats, cost: Floats) -> N
         side = math.sqrt(max(1.0 - front * front, 0.0))
         lengthwise, crosswise = WIDTH_MIN_M * front + LENGTH_MIN_M * side, LENGTH_MIN_M * front + WIDTH_MIN_M * side
         missing = max(min(lengthwise, crosswise) - (high - low), 0.0)
-        cost[m] = len(points) / POINTS_PER_OBSERVATION * aligned + MISSING_COST_PER_M * missing
+        cost[m] = len(points) / POINTS_PER_OBSERVATION * aligned + missing_cost * missing

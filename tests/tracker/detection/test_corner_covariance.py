@@ -13,14 +13,14 @@ from luxloop.tracker.records import Segments
 @settings(max_examples=40)
 @given(st.integers(0, 10_000), st.floats(1e-6, 0.3))
 def test_the_corner_given_the_heading_is_unchanged(seed, variance):
-    """The conditional mean and covariance of the corner stay; only the distribution of the heading is replaced."""
+    """The conditional mean of the corner stays; its conditional covariance gains the common error of the depths."""
     root = np.random.default_rng(seed).normal(0.0, 0.1, (3, 3))
     old = root @ root.T + 1e-6 * np.eye(3)
     new = boxes.with_heading_variance(old[None], np.array([variance]))[0]
     slope = old[:2, 2] / old[2, 2]
     np.testing.assert_allclose(new[2, 2], variance)
     np.testing.assert_allclose(new[:2, 2], slope * variance)
-    expected = old[:2, :2] + (variance - old[2, 2]) * np.outer(slope, slope)
+    expected = old[:2, :2] + (variance - old[2, 2]) * np.outer(slope, slope) + boxes.DEPTH_STD_M**2 * np.eye(2)
     np.testing.assert_allclose(new[:2, :2], expected, atol=1e-12)
     assert np.linalg.eigvalsh(new).min() > 0.0
 

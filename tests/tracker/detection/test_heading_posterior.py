@@ -34,7 +34,7 @@ def test_costs_equal_the_reference(seed, count):
     rng = np.random.default_rng(seed)
     points, viewpoint = rng.normal((20.0, 5.0), (2.0, 0.3), (count, 2)), np.array([3.0, -0.5])
     heading = np.linspace(0.0, 1.5, 7)
-    found = heading_posterior.heading_costs(points, np.array([0, count]), viewpoint[None], heading)[0]
+    found = heading_posterior.heading_costs(points, np.array([0, count]), viewpoint[None], np.array([1.5]), heading)[0]
     ray = points.mean(axis=0) - viewpoint
     ray /= np.linalg.norm(ray)
     extent = np.ptp(points @ [-ray[1], ray[0]])
@@ -60,6 +60,15 @@ def test_an_arc_is_seen_head_on():
         points = arc(0.7) + rng.normal(0.0, 0.02, (60, 2))
         errors.append(abs(off_quarter(mean_of(points)[0], 0.7)))
     assert np.mean(errors) < 4.0
+
+
+def test_a_truncated_segment_lacks_no_flank():
+    """An occluder may hide it: the cost of the missing extent depends on no other segment."""
+    both = np.concatenate([arc(0.0), arc(0.0)])
+    points = sort_by_segment(both, Segments(np.repeat([0, 1], 60), 2), truncated=np.arange(120) == 3)
+    _, variance = average(points)
+    assert variance[0] > 1.05 * variance[1]
+    assert variance[1] == pytest.approx(average(as_one_segment(arc(0.0)))[1][0])
 
 
 def test_few_scattered_points_have_a_large_deviation():
