@@ -2,7 +2,8 @@
 
 The likelihood has two parts: the alignment of the points along and across the heading, and the extent of the segment
 across the line of sight. A vehicle at an angle to the line of sight shows its flank, so that an end without points
-beside it is seen head on, unless an occluder hides the rest. Nothing is assumed about the shape of faces: real ones are flat, bowed or arcs.
+beside it is seen head on; an occluder may hide the flank. Nothing is assumed about the shape of faces: real ones are
+flat, bowed or arcs.
 """
 
 import math
@@ -22,8 +23,9 @@ POINTS_MAX = 100
 """Larger segments are reduced to an evenly spaced subset."""
 POINTS_PER_OBSERVATION = 2.0
 """Points that count as one independent observation: neighbours on a scan line share the shape of the body."""
-MISSING_COST_PER_M = 1.5
-"""Negative log-likelihood of a metre of vehicle across the line of sight without points or occluder [1/m]."""
+MISSING_COST_PER_M, TRUNCATED_COST_PER_M = 1.5, 0.75
+"""Negative log-likelihood of a metre of vehicle across the line of sight without points [1/m], and the same of a
+segment with a truncated end, which may continue behind an occluder."""
 LENGTH_MIN_M, WIDTH_MIN_M = 3.6, 1.5
 """Least size of a car [m]; smaller vehicles lack the same extent at all headings."""
 SHAPE_STD_RAD = math.radians(1.0)
@@ -35,8 +37,9 @@ def average(points: SegmentedPoints) -> tuple[Floats, Floats]:
     viewpoint = means(points.viewpoint_ego, points.label, points.segments.count)
     chosen, offset = even_subset(points.xy, points.offset, POINTS_MAX)
     heading = np.arange(0.0, QUARTER - 0.5 * STEP_RAD, STEP_RAD)
-    whole = np.bincount(points.label, points.truncated, points.segments.count) == 0.0
-    cost = heading_costs(points.xy[chosen], offset, viewpoint, MISSING_COST_PER_M * whole, heading)
+    truncated = np.bincount(points.label, points.truncated, points.segments.count) > 0.0
+    missing = np.where(truncated, TRUNCATED_COST_PER_M, MISSING_COST_PER_M)
+    cost = heading_costs(points.xy[chosen], offset, viewpoint, missing, heading)
     weight = np.exp(cost.min(axis=1, keepdims=True) - cost)
     weight /= weight.sum(axis=1, keepdims=True)
     mean = 0.25 * np.angle(weight @ np.exp(4j * heading))  # a quarter turn becomes a whole one

@@ -62,12 +62,12 @@ def test_an_arc_is_seen_head_on():
     assert np.mean(errors) < 4.0
 
 
-def test_a_truncated_segment_lacks_no_flank():
-    """An occluder may hide it: the cost of the missing extent depends on no other segment."""
+def test_a_missing_flank_says_less_of_a_truncated_segment():
+    """An occluder may hide it. Segments do not depend on each other."""
     both = np.concatenate([arc(0.0), arc(0.0)])
     points = sort_by_segment(both, Segments(np.repeat([0, 1], 60), 2), truncated=np.arange(120) == 3)
     _, variance = average(points)
-    assert variance[0] > 1.05 * variance[1]
+    assert variance[0] > 1.02 * variance[1]
     assert variance[1] == pytest.approx(average(as_one_segment(arc(0.0)))[1][0])
 
 
