@@ -28,7 +28,7 @@ def kept_points(points, time, flags, drop, range_max, half_size):
 
 
 def box_points(points, on_line, truncated, time, viewpoint, members, center, heading, size, cut_margin):
-    """Support, time, cut ends, mean, viewpoint and extent of one box with the points `members`."""
+    """Support, time, cut ends, viewpoint and extent of one box with the points `members`."""
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
     place, lines = (points[members] - center) @ turn.T, on_line[members]
     at_end = place[lines & truncated[members]]
@@ -37,7 +37,6 @@ def box_points(points, on_line, truncated, time, viewpoint, members, center, hea
         lines.sum(),
         time[members][lines].mean() if lines.any() else 0.0,
         np.array(cut).T,
-        points[members].mean(axis=0),
         viewpoint[members].mean(axis=0),
         np.ptp(place, axis=0),
     )
