@@ -55,7 +55,9 @@ def main() -> None:
     table = pd.concat([vehicle_figures.keys(real), vehicle_figures.measure(real)], axis=1)
     comparison = realism_comparison.compare(table, pd.DataFrame(columns=pd.Index(BANDS)), twins)
     text.show(realism_table.report(comparison))
-    draw_realism.replace(MARK, draw_realism.table({draw_realism.AFTER: realism_table.document(comparison)}))
+    draw_realism.replace(
+        draw_realism.PAGE, MARK, draw_realism.table({draw_realism.AFTER: realism_table.document(comparison)})
+    )
     draw([pair for pair in pairs if pair.car.end_seen and pair.car.side_seen])
 
 

@@ -1,9 +1,10 @@
-"""Write the results of realism.md: its table, and its figures in docs/pictures.
+"""Write a result of realism.md: one of its tables, and the pictures in docs/pictures with the table that is drawn.
 
-luxloop realism roof-car roof-suv --real real_cars.csv --real-bands real_bow.csv --out after
-python docs/draw_realism.py after before
+luxloop realism bumper-car bumper-suv --real real_cars.csv --real-bands real_bow.csv --out after
+python docs/draw_realism.py bumper-89 after before
 
-`before` is the same of an earlier version; without it, the table has no such column and its pictures stay.
+The first argument is the name of the table of real vehicles, one of `TABLES`. `before` is the same comparison of an
+earlier version; without it, the table has no such column.
 """
 
 import json
@@ -18,24 +19,28 @@ from luxloop.scenarios.realism.compared_figures import FIGURES, Figure, bow_figu
 
 DOCS = Path(__file__).parent
 PAGE, PICTURES = DOCS / "realism.md", DOCS / "pictures"
-MARK = "realism"
-"""Name of the table in the page."""
+DRAWN = "bumper-89"
+TABLES = ("roof-55", "roof-54", DRAWN)
+"""Names of the tables in the page, by place of the LIDAR and number of vehicles; the last one is drawn, too."""
 AFTER, BEFORE = "after", "before"
-SHOWN = {AFTER: ("bow", "distributions", "vehicles"), BEFORE: ("vehicles",)}
-"""Figures of the page, by side."""
+SHOWN = ("bow", "distributions", "vehicles")
+"""Pictures of the page."""
 BY_NAME = {figure.name: figure for figure in FIGURES}
 
 Json = dict[str, Any]
 
 
 def main() -> None:
-    """Copy the figures and replace the table."""
-    folders = dict(zip((AFTER, BEFORE), map(Path, sys.argv[1:3]), strict=False))
-    for side, folder in folders.items():
-        for name in SHOWN[side]:
-            shutil.copyfile(folder / f"{name}.png", PICTURES / f"realism_{name}_{side}.png")
+    """Copy the pictures and replace the table."""
+    name, *given = sys.argv[1:4]
+    if name not in TABLES:
+        sys.exit(f"{name}: no such table; give one of {', '.join(TABLES)}")
+    folders = dict(zip((AFTER, BEFORE), map(Path, given), strict=False))
+    if name == DRAWN:
+        for picture in SHOWN:
+            shutil.copyfile(folders[AFTER] / f"{picture}.png", PICTURES / f"realism_{picture}.png")
     documents = {side: json.loads((folder / "realism.json").read_text()) for side, folder in folders.items()}
-    replace(PAGE, MARK, table(documents))
+    replace(PAGE, name, table(documents))
 
 
 def table(documents: dict[str, Json]) -> str:

@@ -5,7 +5,7 @@
     python docs/refresh.py runs/sumo-crossing-seed1    # also the first screen in README.md and docs/getting-started.md
 
 Generated text is between `<!-- keys of NAME -->`, `<!-- scenarios of FAMILY -->`, `<!-- known failures -->`,
-`<!-- output -->`, `<!-- first run -->` or `<!-- report -->` and `<!-- end -->`. `docs/paper_variants.py` writes the
+`<!-- output -->`, `<!-- first run -->` or `<!-- report -->` and `<!-- end -->`. `docs/paper_tables.py` writes the
 paper's tables.
 """
 

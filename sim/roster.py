@@ -65,6 +65,6 @@ class Roster:
             name=name,
             kind=kind,
             size=size,
-            reflectivity=paint_reflectivity(self._seed, name) if reflectivity is None else reflectivity,
+            reflectivity=paint_reflectivity(self._seed, name, kind) if reflectivity is None else reflectivity,
         )
         return self._members[key]

@@ -16,9 +16,15 @@ from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 from luxloop.tracker.scan import Scan
 
-KINDS = {"small car": Kind.CAR, "sedan": Kind.CAR, "SUV": Kind.SUV, "van": Kind.VAN, "truck": Kind.TRUCK}
-"""A pickup has no body of its own; `STAND_IN` replaces it."""
-STAND_IN = Kind.SUV
+KINDS = {
+    "small car": Kind.CAR,
+    "sedan": Kind.CAR,
+    "SUV": Kind.SUV,
+    "van": Kind.VAN,
+    "truck": Kind.TRUCK,
+    "pickup": Kind.SUV,
+}
+"""A sport utility vehicle of a pickup's length has the body of one."""
 PAINT = 0.07
 """Reflectivity of a car whose sensor does not measure it: about the median of the others."""
 PANEL_SPREAD_DB = 11.0
@@ -60,7 +66,7 @@ def _world(cars: list[Car]) -> WorldFrame:
     actors = Actors(
         id=np.arange(count, dtype=np.int64),
         name=np.array([car.id for car in cars], dtype=np.str_),
-        kind=np.array([KINDS.get(car.category, STAND_IN) for car in cars], dtype=np.uint8),
+        kind=np.array([KINDS[car.category] for car in cars], dtype=np.uint8),
         pose_world=np.array([(car.x_m, car.y_m, np.deg2rad(car.heading_deg)) for car in cars]),
         velocity_world=still,
         acceleration_world=still,

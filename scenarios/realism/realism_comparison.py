@@ -4,6 +4,7 @@ A table of bands states no view of its vehicles, and a vehicle has lines in few 
 are used, not only the matched ones.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -19,7 +20,9 @@ from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 from luxloop.scenarios.realism.vehicle_figures import ScanLine, keys, lines_over, median, visible_faces
 
 OBSERVATIONS_MAX = 1000
-"""Largest number of simulated vehicles in frames; more are thinned evenly, as successive frames look alike."""
+"""Largest number of simulated vehicles in frames; more are thinned, as successive frames look alike."""
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Step of the thinning, as a share of all: a whole step would take the same vehicles of each frame."""
 
 Lines = dict[str, list[ScanLine]]
 
@@ -36,7 +39,7 @@ def compare_bow(bands: pd.DataFrame, vehicles: Sequence[LabelledVehicle]) -> lis
     """
     if bands.empty:
         return []
-    used = vehicles[:: -(-len(vehicles) // OBSERVATIONS_MAX)]
+    used = thinned(vehicles)
     actor = keys(used).groupby(["data_set", "actor_id"]).ngroup().to_numpy(np.int64)
     lines = [_lines(vehicle) for vehicle in used]
     rows = []
@@ -47,6 +50,14 @@ def compare_bow(bands: pd.DataFrame, vehicles: Sequence[LabelledVehicle]) -> lis
         real = Summary(band.median_m, None, quartiles, int(band.vehicles))
         rows.append(ComparedRow(figure, real, summarise(bow, actor, figure.average)))
     return rows
+
+
+def thinned(vehicles: Sequence[LabelledVehicle]) -> list[LabelledVehicle]:
+    """Return at most `OBSERVATIONS_MAX` of the vehicles, evenly from all."""
+    if len(vehicles) <= OBSERVATIONS_MAX:
+        return list(vehicles)
+    share = np.arange(OBSERVATIONS_MAX) * GOLDEN % 1.0
+    return [vehicles[index] for index in np.unique((share * len(vehicles)).astype(np.int64))]
 
 
 def band_column(face: str, from_m: float, to_m: float) -> str:

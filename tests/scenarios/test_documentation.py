@@ -93,7 +93,10 @@ def section_tree(page: Path, title: str) -> str:
 
 
 def follow(command: list[str]) -> int:
-    """Execute a `luxloop` command, with shipped scenarios shortened. `view` only checks that a recording exists."""
+    """Execute a `luxloop` command, with shipped scenarios shortened. `view` only checks that a recording exists.
+
+    `paper` prints the tables of a short run, because the runs of its own scenario take minutes.
+    """
     _, verb, *rest = command
     if verb == "sweep":
         with worker_thread() as scheduler:
@@ -104,6 +107,8 @@ def follow(command: list[str]) -> int:
         shortened = [cut_short(rest[0]), *rest[1:], "--workers", "1"]
     elif verb in ("run", "blame") and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name)):
         shortened = [*rest, "--duration", SHORT_S]
+    elif verb == "paper":
+        shortened = [str(short_run.result().save("short").out)]
     else:
         shortened = rest
     code = main([verb, *shortened])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from luxloop.sim.reflectivity import SHADES, paint_reflectivity
+from luxloop.sim.reflectivity import CAR_SHADES, SHADES, paint_reflectivity
 from luxloop.sim.roster import Roster
 from luxloop.sim.world import Kind
 
@@ -22,14 +22,20 @@ def test_paint_depends_only_on_seed_and_name():
     single = Roster(seed=3).add("x", Kind.CAR, SIZE, "taxi")
     crowded = Roster(seed=3)
     assert crowded.add("a", Kind.CAR, SIZE, "hearse").reflectivity != single.reflectivity
-    assert crowded.add("y", Kind.BUS, SIZE, "taxi").reflectivity == single.reflectivity
+    assert crowded.add("y", Kind.SUV, SIZE, "taxi").reflectivity == single.reflectivity
     assert crowded.add("z", Kind.CAR, SIZE, "white", reflectivity=0.9).reflectivity == 0.9
-    assert paint_reflectivity(4, "taxi") != single.reflectivity
+    assert paint_reflectivity(4, "taxi", Kind.CAR) != single.reflectivity
 
 
-def test_paint_follows_the_shares_of_the_shades():
-    draws = np.array([paint_reflectivity(11, f"car.{number}") for number in range(2000)])
-    assert sum(share for share, _, _ in SHADES) == pytest.approx(1.0)
-    for share, low, high in SHADES:
+@pytest.mark.parametrize(("kind", "shades"), [(Kind.CAR, CAR_SHADES), (Kind.VAN, CAR_SHADES), (Kind.BUS, SHADES)])
+def test_paint_follows_the_shares_of_the_shades(kind, shades):
+    draws = np.array([paint_reflectivity(11, f"car.{number}", kind) for number in range(2000)])
+    assert sum(share for share, _, _ in shades) == pytest.approx(1.0)
+    for share, low, high in shades:
         # four standard deviations of a binomial share
         assert np.mean((draws >= low) & (draws <= high)) == pytest.approx(share, abs=4 * (share / 2000) ** 0.5)
+
+
+def test_paint_of_cars_has_the_measured_quartiles():
+    draws = [paint_reflectivity(11, f"car.{number}", Kind.CAR) for number in range(2000)]
+    assert np.quantile(draws, (0.25, 0.5, 0.75)) == pytest.approx([0.03, 0.075, 0.15], rel=0.15)

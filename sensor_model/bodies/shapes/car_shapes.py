@@ -1,4 +1,4 @@
-"""Small cars, sedans, estates, sport utility vehicles and vans: upper body above the beltline, and mirrors.
+"""Small cars, sedans, estates, sport utility vehicles, pickups and vans: upper body above the beltline, and mirrors.
 
 `lower_body` has the body below the beltline, with the wheels.
 """
@@ -41,8 +41,19 @@ def passenger_car(size: Vector, draw: Draw, glass: Glass) -> list[Solid]:
     return sedan(size, car_proportions.sedan(draw), glass)
 
 
+_PICKUP = 5.2
+"""[m] Length above which a high passenger car is a pickup: four labelled ones are 5.27 to 5.96 m long."""
+
+
+def high_car(size: Vector, draw: Draw, glass: Glass) -> list[Solid]:
+    """Make a sport utility vehicle or a pickup, by length."""
+    if size[0] > _PICKUP:
+        return sedan(size, car_proportions.pickup(draw), glass)
+    return two_box(size, car_proportions.suv(draw), glass)
+
+
 def sedan(size: Vector, p: CarProportions, glass: Glass) -> list[Solid]:
-    """Make a three-box car, glazed on all sides, with pillars between the doors."""
+    """Make a three-box car or a pickup, glazed on all sides, with pillars between the doors."""
     return [*lower_body(size, p), *_glazed(size, p, glass, ((0.5, 0.10),)), *_mirrors(size, p)]
 
 

@@ -116,8 +116,12 @@ def test_bow_in_a_band_is_that_of_the_lines_at_its_height():
 def test_many_observations_are_thinned(monkeypatch):
     monkeypatch.setattr(realism_comparison, "OBSERVATIONS_MAX", 4)
     bands = pd.DataFrame([("end", 0.0, 1.0, 0.1, 0.2, 0.3, 4.0)], columns=list(BANDS))
-    (row,) = realism_comparison.compare_bow(bands, [bowed(0.1, 0.6, n) for n in range(9)])
-    assert row.simulated.n == 3
+    vehicles = [bowed(0.1, 0.6, n) for n in range(9)]
+    (row,) = realism_comparison.compare_bow(bands, vehicles)
+    assert row.simulated.n == 4
+    # Two vehicles in each of eight frames: a whole step would take one of them only.
+    kept = realism_comparison.thinned([vehicles[n % 2] for n in range(16)])
+    assert {one.actor_id for one in kept} == {0, 1}
 
 
 def test_real_vehicles_without_a_near_simulated_one_are_counted():
