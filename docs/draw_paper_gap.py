@@ -17,6 +17,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from fits.league_tables import markdown
+from luxloop.scenarios.report.html.palette import PAGE as PAPER
+from luxloop.scenarios.report.html.svg_figure import STYLE
 from marked_text import replace as replace_part
 from matplotlib.figure import Figure
 
@@ -35,8 +37,6 @@ from luxloop.scenarios.realism.vehicle_figures import (
     visible_faces,
 )
 from luxloop.scenarios.report import paper_figures
-from luxloop.scenarios.report.html.palette import PAGE as PAPER
-from luxloop.scenarios.report.html.svg_figure import STYLE
 from luxloop.scenarios.run.device import NoTracks
 from luxloop.sensor_model.bodies.proportions import Draw, car_proportions
 from luxloop.sensor_model.bodies.proportions.car_proportions import CarProportions

@@ -11,10 +11,10 @@ import sys
 from pathlib import Path
 
 from fits.league_tables import markdown
+from luxloop.scenarios.report.html.page_tables import page_table
 from marked_text import replace
 
 from luxloop.scenarios.interface import load_result
-from luxloop.scenarios.report.html.page_tables import page_table
 from luxloop.scenarios.report.paper_comparison import TABLES, Sources, verdict
 
 PAGE = Path(__file__).parent / "paper.md"

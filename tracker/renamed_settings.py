@@ -29,6 +29,8 @@ RENAMED = {
 
 REMOVED = {
     "tracker.body": "the fitted body is gone",
+    "tracker.linkage.samples_per_point": "all pairs of near points are hypotheses",
+    "tracker.linkage.seed": "all pairs of near points are hypotheses",
 }
 """Reason by old section or key without a successor."""
 
@@ -64,7 +66,6 @@ _NAMES = {
     },
     "tracker/detection/tlinkage.py": {
         "tracker.linkage.locality": "LOCALITY",
-        "tracker.linkage.samples_per_point": "SAMPLES_PER_POINT",
     },
     "tracker/detection/lines.py": {
         "tracker.linkage.length_min_m": "LENGTH_MIN_M",

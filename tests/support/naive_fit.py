@@ -19,17 +19,11 @@ def connected(points, radius):
     return root
 
 
-def hypotheses(points, uniforms, locality):
-    """(K, N) partner of each point and draw, -1 for none."""
+def near_pairs(points, locality):
+    """Pairs of points at different places, nearer than a fraction of the diagonal of the box around all."""
     reach = locality * np.linalg.norm(np.ptp(points, axis=0))
-    partner = np.full((uniforms.shape[1], len(points)), -1)
-    for i, point in enumerate(points):
-        squared = np.sum((points - point) ** 2, axis=1)
-        weight = np.where(squared > 0, np.exp(-squared / max(reach, 1e-300) ** 2), 0.0)
-        if weight.sum() > 0:
-            for k in range(uniforms.shape[1]):
-                partner[k, i] = np.flatnonzero(np.cumsum(weight) > uniforms[i, k] * weight.sum())[0]
-    return partner
+    pairs = [(i, j) for i in range(len(points)) for j in range(i)]
+    return [(i, j) for i, j in pairs if 0.0 < math.dist(points[i], points[j]) < reach]
 
 
 def preferences(points, lines, tau):

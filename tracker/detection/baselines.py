@@ -13,7 +13,7 @@ import numpy as np
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.detection.lines import MINIMAL_SAMPLE, fit_line
 from luxloop.tracker.detection.rectangles import measure
-from luxloop.tracker.detection.tlinkage import LOCALITY, agglomerate, hypotheses, uniforms
+from luxloop.tracker.detection.tlinkage import LOCALITY, agglomerate, hypotheses
 from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import BASELINES, Candidates, Linkage, SegmentedPoints
 
@@ -182,13 +182,8 @@ def jlinkage_clusters(points: Floats, inlier_m: float = INLIER_M) -> Ints:
     For binary preferences the Tanimoto distance is the Jaccard distance and the elementwise minimum the intersection,
     so the merging of T-linkage is that of J-linkage.
     """
-    lines = hypotheses(points, jlinkage_uniforms(len(points)), LOCALITY)
+    lines = hypotheses(points, LOCALITY)
     return agglomerate((distances(points, lines) < inlier_m).astype(np.float64))
-
-
-def jlinkage_uniforms(points: int) -> Floats:
-    """Random numbers of the hypotheses for a number of points, as for T-linkage."""
-    return uniforms(SEED, max(points, POINTS_MAX))
 
 
 def autoware(points: Floats) -> float:

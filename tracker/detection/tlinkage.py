@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -17,12 +16,9 @@ from luxloop.tracker.detection.point_groups import even_subset
 from luxloop.tracker.geometry import fold
 from luxloop.tracker.records import Linkage, SegmentedPoints
 
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-"""Golden ratio minus 1."""
 LOCALITY = 0.25
-"""Scale of the local sampling as a fraction of the segment's diagonal, as in the code of Magri and Fusiello."""
-SAMPLES_PER_POINT = 2
-"""Line hypotheses per point, as in the same code for local sampling."""
+"""Largest distance of two points on a hypothesis, as a fraction of the segment's diagonal: the scale of the local
+sampling in the code of Magri and Fusiello."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,33 +36,18 @@ class LinkageConfig:
     points_max: int = 40
     """Larger segments are linked on an evenly spaced subset; every point is then assigned to the lines found.
     Change it to trade time for lines of few points."""
-    seed: int = 0
-    """Seed of the start of the hypotheses, which all segments share. Change it to see how much results depend on it."""
 
     def __post_init__(self) -> None:
         if self.tau_m <= 0.0:
             raise ValueError(f"tau_m is {self.tau_m}; give a positive distance in metres")
         require_within(self, 2, 10_000, "points_max")
-        if self.seed < 0:
-            raise ValueError(f"seed is {self.seed}; give 0 or more")
-
-
-@lru_cache(maxsize=8)
-def uniforms(seed: int, points: int, samples: int = SAMPLES_PER_POINT) -> Floats:
-    """(points, samples) numbers in [0, 1), the same for every segment, so that segments are independent.
-
-    Stratified: the samples of a point are evenly spaced in its distribution, and shifted from point to point by the
-    golden ratio (an additive recurrence, Kuipers and Niederreiter 1974), from a start that `seed` sets.
-    """
-    shift = (0.5 + GOLDEN * np.arange(points) + np.random.Generator(np.random.Philox(seed)).random()) % 1.0
-    return np.asarray((shift[:, None] + np.arange(samples)) / samples)
 
 
 def link(points: SegmentedPoints, config: LinkageConfig, lidar: LidarConfig) -> Linkage:
     """Run algorithm 1 on every segment.
 
-    The hypotheses are lines through pairs of near points. Clusters with overlapping preferences (1) are merged, nearest
-    first by the Tanimoto distance (2), until all are orthogonal.
+    The hypotheses are the lines through all pairs of near points, so that results depend on no draw. Clusters with
+    overlapping preferences (1) are merged, nearest first by the Tanimoto distance (2), until all are orthogonal.
 
     `faces` takes the line of every cluster as a side of a rectangle, single or with a perpendicular side, and keeps the
     rectangle that explains most points: points on a side count for it, points outside or well inside against it. Its
@@ -77,8 +58,8 @@ def link(points: SegmentedPoints, config: LinkageConfig, lidar: LidarConfig) -> 
     `lines` and `paper` the line of the most points is the dominant one, fitted by total least squares.
     """
     chosen, first = even_subset(points.xy, points.offset, config.points_max)
-    sample, numbers = points.xy[chosen], uniforms(config.seed, config.points_max)
-    cluster = link_samples(sample, first, numbers, LOCALITY, config.tau_m)
+    sample = points.xy[chosen]
+    cluster = link_samples(sample, first, LOCALITY, config.tau_m)
     if config.variant == "faces":
         label, heading = label_faces(points, chosen, first, cluster, config.tau_m, lidar)
     else:
@@ -90,38 +71,22 @@ def link(points: SegmentedPoints, config: LinkageConfig, lidar: LidarConfig) -> 
 
 
 @kernel()
-def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
-    """Lines (M, 3) through pairs of points: unit normal and offset, so that |line . (x, y, 1)| is a distance.
+def hypotheses(points: Floats, locality: float) -> Floats:
+    """Lines (M, 3) through all pairs of points nearer than locality * (diagonal of the bounding box).
 
-    Every point is paired with K others (uniforms is (>= N, K)), near ones with higher probability:
-    p ~ exp(-d^2 / reach^2) with reach = locality * (diagonal of the bounding box).
-    A point without another place in reach gives lines with an infinite offset.
+    A line is a unit normal and an offset, so that |line . (x, y, 1)| is a distance.
     """
-    count, repeats = len(points), uniforms.shape[1]
-    reach, lines = locality * diagonal(points), np.zeros((count * repeats, 3))
-    lines[:, 2] = np.inf
-    weight, cumulative = np.zeros((count, count)), np.empty(count)
-    for i in range(count):
+    reach, count = locality * diagonal(points), 0
+    lines = np.empty((len(points) * (len(points) - 1) // 2, 3))
+    for i in range(len(points)):
         for j in range(i):
             dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-            squared = dx * dx + dy * dy
-            if squared > 0.0:
-                weight[i, j] = weight[j, i] = math.exp(-squared / (reach * reach))
-    for i in range(count):
-        total = 0.0
-        for j in range(count):
-            total += weight[i, j]
-            cumulative[j] = total
-        if total == 0.0:
-            continue
-        for k in range(repeats):
-            j = first_above(cumulative, uniforms[i, k] * total)
-            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-            length = math.hypot(dx, dy)
-            lines[k * count + i, 0] = -dy / length
-            lines[k * count + i, 1] = dx / length
-            lines[k * count + i, 2] = (dy * points[i, 0] - dx * points[i, 1]) / length
-    return lines
+            length = math.sqrt(dx * dx + dy * dy)
+            if 0.0 < length < reach:
+                lines[count, 0], lines[count, 1] = -dy / length, dx / length
+                lines[count, 2] = (dy * points[i, 0] - dx * points[i, 1]) / length
+                count += 1
+    return lines[:count]
 
 
 @kernel()
@@ -132,19 +97,6 @@ def diagonal(points: Floats) -> float:
         low_x, high_x = min(low_x, points[i, 0]), max(high_x, points[i, 0])
         low_y, high_y = min(low_y, points[i, 1]), max(high_y, points[i, 1])
     return math.hypot(high_x - low_x, high_y - low_y)
-
-
-@kernel()
-def first_above(cumulative: Floats, value: float) -> int:
-    """Return the index of the first of the ascending numbers (N,) above a value, by bisection."""
-    low, high = 0, len(cumulative)
-    while low < high:
-        middle = (low + high) // 2
-        if cumulative[middle] <= value:
-            low = middle + 1
-        else:
-            high = middle
-    return low
 
 
 @kernel()
@@ -277,15 +229,15 @@ def agglomerate(table: Floats) -> Ints:
 
 
 @kernel()
-def link_samples(sample: Floats, first: Ints, uniforms: Floats, locality: float, tau: float) -> Ints:
+def link_samples(sample: Floats, first: Ints, locality: float, tau: float) -> Ints:
     """(K,) cluster of each point of samples (K, 2 or more), as the index of a member within its segment.
 
-    Segment s has points first[s] to first[s + 1]; see `hypotheses` for the random numbers.
+    Segment s has points first[s] to first[s + 1].
     """
     cluster = np.empty(len(sample), np.int64)
     for s in range(len(first) - 1):
         own = sample[first[s] : first[s + 1]]
-        lines = hypotheses(own, uniforms, locality)
+        lines = hypotheses(own, locality)
         label = agglomerate(preferences(own, lines, tau))
         for i in range(len(label)):
             cluster[first[s] + i] = label[i]

@@ -68,10 +68,10 @@ def test_the_steps_of_stairs_are_separated(std, at_most):
     limits, errors = LineLimits(2.5 * std, length_min=0.1, turn_min=0.0), []
     for seed in range(20):
         points, truth = stairs(np.random.default_rng(seed), 0.6, per_step=POINTS, std=std)
-        offset, drawn = np.array([0, len(points)]), tlinkage.uniforms(CONFIG.seed, 600)
+        offset = np.array([0, len(points)])
         chosen, first = even_subset(points, offset, 600)
         sample = points[chosen]
-        cluster = tlinkage.link_samples(sample, first, drawn, 0.1, limits.tau)
+        cluster = tlinkage.link_samples(sample, first, 0.1, limits.tau)
         errors.append(scored(truth, label_lines(points, offset, sample, first, cluster, limits, False)[0])[0])
     assert np.mean(errors) <= at_most
 

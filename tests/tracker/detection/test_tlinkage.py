@@ -78,11 +78,9 @@ def test_chance_by_hand():
 def test_stages_equal_the_reference(seed):
     rng = np.random.default_rng(seed)
     points = np.concatenate([noisy_l(seed)[::2], rng.uniform((8, 3), (14, 8), (8, 2))])
-    uniforms = rng.random((len(points), 3))
-    hypotheses = tlinkage.hypotheses(points, uniforms, 0.25)
-    partner = naive_fit.hypotheses(points, uniforms, 0.25).ravel()
-    owner = np.tile(np.arange(len(points)), 3)
-    for line, i, j in zip(hypotheses, owner, partner, strict=True):
+    hypotheses = tlinkage.hypotheses(points, 0.25)
+    pairs = naive_fit.near_pairs(points, 0.25)
+    for line, (i, j) in zip(hypotheses, pairs, strict=True):
         assert abs(line[:2] @ points[i] + line[2]) < 1e-9
         assert abs(line[:2] @ points[j] + line[2]) < 1e-9
         assert np.hypot(*line[:2]) == pytest.approx(1.0)
@@ -117,8 +115,8 @@ def car_and_clusters(seed, config, step=1):
     points, _ = scan_car(car, rng)
     points = points[np.argsort(np.arctan2(points[:, 1], points[:, 0]))]
     sample = points[::step]
-    drawn = tlinkage.hypotheses(sample, tlinkage.uniforms(0, len(sample), 2), tlinkage.LOCALITY)
-    cluster = tlinkage.agglomerate(tlinkage.preferences(sample, drawn, config.tau_m))
+    every = tlinkage.hypotheses(sample, tlinkage.LOCALITY)
+    cluster = tlinkage.agglomerate(tlinkage.preferences(sample, every, config.tau_m))
     names = sorted(np.unique(cluster), key=lambda name: (-np.sum(cluster == name), name))
     return points, cluster, [sample[cluster == name] for name in names]
 
@@ -246,8 +244,7 @@ def corner_of(points):
     """Corner of one segment, its uncertainty, and the gate of its points."""
     offset, config, noise = np.array([0, len(points)]), LinkageConfig(), np.array([LIDAR.range_std_m, faces.FLATNESS_M])
     chosen, first = even_subset(points, offset, config.points_max)
-    drawn = tlinkage.uniforms(config.seed, config.points_max)
-    cluster = tlinkage.link_samples(points[chosen], first, drawn, tlinkage.LOCALITY, config.tau_m)
+    cluster = tlinkage.link_samples(points[chosen], first, tlinkage.LOCALITY, config.tau_m)
     corner = faces.best_corners(points, offset, chosen, first, cluster, noise, config.tau_m)
     faces.fit_corners(points, offset, corner, noise, np.array([faces.GATE]))
     gate = faces.GATE * faces.excesses(points, offset, corner, noise, config.tau_m)
@@ -345,12 +342,6 @@ def test_subsampling_keeps_the_result():
     assert np.mean(linkage.line >= 0) > 0.99
 
 
-def test_the_seed_changes_the_result():
-    points = np.random.default_rng(3).normal(10.0, 0.5, (100, 2))
-    assert link(points, seed=1).heading[0] == link(points, seed=1).heading[0]
-    assert any(link(points, seed=s).heading[0] != link(points, seed=1).heading[0] for s in range(2, 12))
-
-
 @pytest.mark.parametrize(
     "points",
     [
@@ -375,7 +366,7 @@ def test_no_segment():
     assert linkage.heading.shape == (0,)
 
 
-@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"seed": -1}, {"points_max": 1}])
+@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"points_max": 1}])
 def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         LinkageConfig(**values)
