@@ -17,23 +17,21 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from fits.league_tables import markdown
-from luxloop.scenarios.report.html.palette import PAGE as PAPER
-from luxloop.scenarios.report.html.svg_figure import STYLE
 from marked_text import replace as replace_part
 from matplotlib.figure import Figure
 
 from luxloop.scenarios import interface
+from luxloop.scenarios.document.figure import STYLE
+from luxloop.scenarios.document.palette import PAGE as PAPER
 from luxloop.scenarios.grading.plane_geometry import turned
-from luxloop.scenarios.realism import labelled_vehicle
+from luxloop.scenarios.realism import labelled_fits, labelled_vehicle
 from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle, in_box
 from luxloop.scenarios.realism.vehicle_figures import (
     CLEAR_M,
     NEAR_M,
     NEAR_POINTS_MIN,
     NORMALS,
-    REPORTED,
     SKIN_PERCENTILE,
-    heading_errors,
     visible_faces,
 )
 from luxloop.scenarios.report import paper_figures
@@ -48,7 +46,6 @@ from luxloop.tracker.records import Segments
 DOCS = Path(__file__).parent
 PAGE, PICTURE, MARK = DOCS / "paper.md", DOCS / "pictures" / "paper_gap.png", "gap"
 PIXELS_PER_INCH = 110
-BEST = REPORTED.index("best")
 SCENARIO, DURATION_S, EVERY = "paper-campus", 55.0, 3
 """The first half of the drive; every third frame is fitted."""
 FLANKS_M = {"flanks 3 cm": 0.03, "flanks 7 cm": 0.07, "flat flanks": 0.0, "flat flanks and ends": 0.0}
@@ -202,7 +199,7 @@ def across(vehicles: Sequence[LabelledVehicle]) -> npt.NDArray[np.bool_]:
 
 def errors(vehicles: Sequence[LabelledVehicle], config: DetectorConfig) -> Floats:
     """Return the absolute heading error of the selected rectangle of each vehicle [deg]."""
-    return heading_errors(vehicles, config)[0][:, BEST]
+    return np.abs(labelled_fits.fit(vehicles, config).error_deg["best"])
 
 
 def table(sets: dict[str, list[LabelledVehicle]]) -> str:

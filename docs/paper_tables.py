@@ -11,9 +11,9 @@ import sys
 from pathlib import Path
 
 from fits.league_tables import markdown
-from luxloop.scenarios.report.html.page_tables import page_table
 from marked_text import replace
 
+from luxloop.scenarios.document.words import plain
 from luxloop.scenarios.interface import load_result
 from luxloop.scenarios.report.paper_comparison import TABLES, Sources, verdict
 
@@ -33,9 +33,9 @@ def write(sources: Sources, page: Path = PAGE) -> None:
     """Write the verdict on the first source, and the tables of all of them."""
     replace(page, "verdict", verdict(COLUMNS[0], sources[COLUMNS[0]]))
     for number, make in enumerate(TABLES, start=1):
-        table = page_table(make(sources))
-        rows = [[cell.text.replace("|e|", "abs. e") for cell in row.cells] for row in table.rows]
-        replace(page, f"table {number}", markdown([cell.text for cell in table.head], rows))
+        table = make(sources)
+        rows = [[plain(cell).replace("|e|", "abs. e") for cell in row.cells] for row in table.rows]
+        replace(page, f"table {number}", markdown([column.head for column in table.columns], rows))
 
 
 if __name__ == "__main__":
