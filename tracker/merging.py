@@ -1,7 +1,6 @@
 """Pairs of pieces that together have the shape of one vehicle."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,13 +61,6 @@ SPEED_MIN_MPS = 5.0
 
 HEADWAY_MAX_S = 0.35
 """Maximum time gap between pieces [s]; half a second is the minimum headway of drivers."""
-
-SPEED_CHANGE_MIN_MPS = 3.0
-"""Minimum change of speed in which pieces of a slower vehicle keep their gap [m/s]: by the minimum headway of
-drivers, the gap between two vehicles changes by 1.5 m meanwhile."""
-
-GAP_CHANGE_MAX_M = 0.5
-"""Maximum change of the gap between pieces [m], from the visible ends of both."""
 
 SPEED_DIFFERENCE_MAX_MPS = 1.0
 """Maximum difference of speed [m/s], due to filter errors only."""
@@ -162,46 +154,3 @@ def _joined(belongs: Bools) -> Ints:
         own = np.unique(name[belongs[:, vehicle]])
         name[np.isin(name, own)] = own[0]
     return name
-
-
-@dataclass(slots=True)
-class PairHistory:
-    """Extremes of gap and speed since the gap last changed."""
-
-    gap_m: tuple[float, float]
-    """Smallest and largest gap between the pieces [m]."""
-    speed_mps: tuple[float, float]
-    """Lowest and highest speed [m/s]."""
-
-
-class RigidPairs:
-    """Histories of the pairs of tracks that may be pieces of one vehicle."""
-
-    def __init__(self) -> None:
-        self._history: dict[tuple[int, int], PairHistory] = {}
-
-    def observe(self, ids: Sequence[int], pieces: OrientedBoxes) -> None:
-        """Add one frame of the tracks `ids`, in the order of `pieces`; forget pairs that are not seen together."""
-        history: dict[tuple[int, int], PairHistory] = {}
-        speed = [math.hypot(x, y) for x, y in pieces.velocity.tolist()]
-        for a, b in may_be_one(pieces):
-            key = (min(ids[a], ids[b]), max(ids[a], ids[b]))
-            mean = 0.5 * (speed[a] + speed[b])
-            history[key] = self._extended(self._history.get(key), gap(pieces, a, b), mean)
-        self._history = history
-
-    def rigid(self, a: int, b: int) -> bool:
-        """Return True if two tracks, by id, changed their speed together and kept their gap."""
-        pair = self._history.get((min(a, b), max(a, b)))
-        if pair is None:
-            return False
-        change = pair.speed_mps[1] - pair.speed_mps[0]
-        return change >= SPEED_CHANGE_MIN_MPS
-
-    def _extended(self, pair: PairHistory | None, gap_m: float, speed_mps: float) -> PairHistory:
-        """Return the history with one more frame, or a new one if the gap has changed."""
-        if pair is not None:
-            gaps = min(pair.gap_m[0], gap_m), max(pair.gap_m[1], gap_m)
-            if gaps[1] - gaps[0] <= GAP_CHANGE_MAX_M:
-                return PairHistory(gaps, (min(pair.speed_mps[0], speed_mps), max(pair.speed_mps[1], speed_mps)))
-        return PairHistory((gap_m, gap_m), (speed_mps, speed_mps))

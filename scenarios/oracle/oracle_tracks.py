@@ -81,7 +81,6 @@ class OracleTrackManagement:
         flow = shipped.flow(tracks, forward)
         shipped.orient(tracks, flow)
         shipped.settle(tracks)
-        shipped.couple(tracks)
         for rows in self._by_actor(tracks):
             shipped.merge(tracks, rows, selection)
         self._remove_duplicates(tracks)

@@ -6,7 +6,7 @@ import numpy as np
 
 from luxloop.tracker.arrays import Bools, Floats, Ints
 from luxloop.tracker.geometry import QUARTER, rotate_one, variance_along, wrap
-from luxloop.tracker.merging import MergeConfig, RigidPairs, fits, hull, may_be_one, one_vehicle
+from luxloop.tracker.merging import MergeConfig, fits, hull, may_be_one, one_vehicle
 from luxloop.tracker.records import NO_TRACK, OrientedBoxes
 from luxloop.tracker.tracking import confirmation, correction, heading, orientation, vehicle_size
 from luxloop.tracker.tracking.corner import end_variance
@@ -17,7 +17,7 @@ from luxloop.tracker.tracking.observations import Observations, uncut
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_table import CONFIRMED, DEAD, TENTATIVE, TrackTable, empty
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
-from luxloop.tracker.vehicle_classes import WIDE_M, WIDEST_M
+from luxloop.tracker.vehicle_classes import WIDE_M
 
 
 class TrackManagement(Protocol):
@@ -54,7 +54,6 @@ class DefaultTrackManagement:
     def __init__(self, merging: MergeConfig, config: TrackConfig) -> None:
         self._merging = merging
         self._config = config
-        self._rigid = RigidPairs()
         self._next_id = 0
 
     def manage(
@@ -64,7 +63,6 @@ class DefaultTrackManagement:
         every, flow = np.arange(len(tracks)), self.flow(tracks, forward)
         self.orient(tracks, flow)
         self.settle(tracks)
-        self.couple(tracks)
         self.merge(tracks, every, selection)
         self.remove_duplicates(tracks, every)
         return self.start(
@@ -95,7 +93,7 @@ class DefaultTrackManagement:
             tracks.axis_log_odds[t] = heading.length_log_odds(tracks, t) + axis
 
     def settle(self, tracks: TrackTable) -> None:
-        """Confirm or refute the tracks that were seen; terminate those that are too large."""
+        """Confirm or refute the tracks that were seen."""
         settings = self._config.confirmation
         least = confirmation.log_odds(settings.confirm_probability)
         for t in np.flatnonzero(tracks.updated & tracks.alive).tolist():
@@ -105,23 +103,16 @@ class DefaultTrackManagement:
                 tracks.status[t] = CONFIRMED
             elif odds <= -least:
                 tracks.status[t] = TENTATIVE
-            if tracks.visible_size[t].min() > WIDEST_M:
-                tracks.status[t] = DEAD
-
-    def couple(self, tracks: TrackTable) -> None:
-        """Observe which tracks move as one rigid body."""
-        visible = tracks.subset(tracks.updated)
-        self._rigid.observe(visible.id.tolist(), visible.boxes(visible.visible_size))
 
     def merge(self, tracks: TrackTable, rows: Ints, selection: ModelSelection) -> None:
         """Merge those of the tracks `rows` that follow pieces of one vehicle; the one with more observations stays."""
         rows = rows[tracks.updated[rows]]
         confirmed = tracks.confirmed_now
         ranked = rows[np.lexsort((-tracks.hits[rows], ~confirmed[rows]))]
-        pieces, id = visible_parts(tracks, ranked), tracks.id[ranked].tolist()
+        pieces = visible_parts(tracks, ranked)
         for a, b in may_be_one(pieces):
             alive = (tracks.status[ranked[[a, b]]] != DEAD).all()
-            together = one_vehicle(pieces, a, b, self._merging) or self._rigid.rigid(id[a], id[b])
+            together = one_vehicle(pieces, a, b, self._merging)
             still_fits = fits(pieces, a, b)  # pieces that were merged before have grown
             if alive and confirmed[ranked[a]] and together and still_fits:
                 correction.absorb(tracks, ranked.item(a), *hull(pieces, a, b), selection, self._config)

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
-from support.one_track import start
 
-from luxloop.tracker.records import MODELS, Status
+from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracking.track_table import empty
 from luxloop.tracker.tracking.vehicle_size import GROWTH, SETTLED_GROWTH, known, remember
 from luxloop.tracker.vehicle_classes import FACE_MIN_M
@@ -47,14 +46,6 @@ def test_sizes_above_a_car():
     tracks = empty(MODELS, rows=len(sizes))
     tracks.visible_size[:] = sizes
     assert tracks.long.tolist() == [False, False, False, True, True]
-
-
-@pytest.mark.parametrize(("size", "status"), [((12.0, 4.0), Status.DEAD), ((16.5, 2.6), Status.TENTATIVE)])
-def test_a_width_of_four_metres_is_too_large(size, status):
-    track = start((30.0, 0.0, 0.0))
-    track.table.visible_size[0] = size
-    track.settle()
-    assert track.status is status
 
 
 def test_a_side_is_known_after_most_of_it_was_seen():

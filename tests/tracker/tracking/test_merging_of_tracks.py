@@ -25,7 +25,6 @@ def test_a_piece_takes_one_neighbour_but_not_both():
     """The middle one is the oldest and fits either of the others."""
     tracks = joined([piece(0, 0.0, 30), piece(1, PITCH_M, 20), piece(2, -PITCH_M, 20)])
     management = DefaultTrackManagement(MergeConfig(), CONFIG)
-    management.couple(tracks)
     management.merge(tracks, np.arange(3), model_selection(MMA))
     assert (tracks.status == Status.DEAD).sum() == 1
     assert tracks.status[0] == Status.CONFIRMED
