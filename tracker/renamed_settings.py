@@ -31,6 +31,8 @@ REMOVED = {
     "tracker.body": "the fitted body is gone",
     "tracker.linkage.samples_per_point": "all pairs of near points are hypotheses",
     "tracker.linkage.seed": "all pairs of near points are hypotheses",
+    "tracker.merging.speed_change_min_mps": "tracks are not merged by equal motion",
+    "tracker.merging.gap_change_max_m": "tracks are not merged by equal motion",
 }
 """Reason by old section or key without a successor."""
 
@@ -224,8 +226,6 @@ _NAMES = {
         "tracker.merging.share_min": "MEMBER_FRACTION_MIN",
         "tracker.merging.speed_min_mps": "SPEED_MIN_MPS",
         "tracker.merging.headway_max_s": "HEADWAY_MAX_S",
-        "tracker.merging.speed_change_min_mps": "SPEED_CHANGE_MIN_MPS",
-        "tracker.merging.gap_change_max_m": "GAP_CHANGE_MAX_M",
         "tracker.merging.speed_difference_max_mps": "SPEED_DIFFERENCE_MAX_MPS",
         "tracker.merging.turn_max_rad": "TURN_MAX_RAD",
         "tracker.merging.hits_min": "HITS_MIN",

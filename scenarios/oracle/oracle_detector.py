@@ -189,7 +189,7 @@ def select(candidates: Candidates, true: TrueRectangles) -> Candidates:
         heading=with_truth(candidates.heading, true.heading),
         center_ego=with_truth(candidates.center_ego, true.center_ego),
         size=with_truth(candidates.size, true.size),
-        cost=with_truth(candidates.cost, np.nanmin(candidates.cost[true.segment], axis=1)),
+        cost=with_truth(candidates.cost, np.fmin.reduce(candidates.cost[true.segment], axis=1)),
         best=best,
     )
 
