@@ -147,7 +147,7 @@ def name_of(make_device: DeviceFactory) -> str:
     name = getattr(make_device, "__qualname__", None)
     if name is None:
         return str(make_device)
-    return f"{make_device.__module__}:{name}"
+    return f"{user_code.place_named(make_device.__module__)}:{name}"
 
 
 def short_name(spec: str) -> str:

@@ -14,6 +14,9 @@ from typing import Any
 
 from luxloop import former_names
 
+FILE_MODULE = "tracker_file_"
+"""Begin of the names of modules that are made of files."""
+
 
 class UserCodeError(Exception):
     """The code cannot be imported, or has no such name. One line with file and line."""
@@ -38,6 +41,14 @@ def load(spec: str, folder: Path, remedy: str = "name a class with step(scan)") 
     return found
 
 
+def place_named(module: str) -> str:
+    """Return a module, or the file that it was loaded from by `load`, relative to the current folder if it is there."""
+    if not module.startswith(FILE_MODULE):
+        return module
+    file = Path(str(sys.modules[module].__file__))
+    return str(file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file)
+
+
 def _load_module(module_name: str, folder: Path) -> ModuleType:
     _search_last(folder)
     try:
@@ -55,7 +66,7 @@ def _load_module(module_name: str, folder: Path) -> ModuleType:
 def _load_file(path: Path) -> ModuleType:
     """Import a file under a name that cannot collide with a package; once per process."""
     path = path.resolve()
-    name = f"tracker_file_{path.stem}_{hashlib.blake2b(str(path).encode(), digest_size=4).hexdigest()}"
+    name = f"{FILE_MODULE}{path.stem}_{hashlib.blake2b(str(path).encode(), digest_size=4).hexdigest()}"
     if name in sys.modules:
         return sys.modules[name]
     found = importlib.util.spec_from_file_location(name, path)
