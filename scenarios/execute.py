@@ -13,8 +13,8 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import loop, run_folder
-from luxloop.scenarios.run.containment import STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import SHIPPED, DeviceFactory, name_of, short_name
+from luxloop.scenarios.run.process_tracker import STEP_TIMEOUT_S
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Obstacles, WorldFrame
 from luxloop.tracker.scan import Scan

@@ -29,7 +29,7 @@ Runs = Union[str, Path, "Result", Iterable[Union[str, Path, "Result"]]]
 STATED_LOSS = 0.02
 """`luxloop.scenarios.compare.comparison.STATED_LOSS`, whose import is slower than the help."""
 STEP_TIMEOUT_S = 60.0
-"""`luxloop.scenarios.run.containment.STEP_TIMEOUT_S`, likewise."""
+"""`luxloop.scenarios.run.process_tracker.STEP_TIMEOUT_S`, likewise."""
 
 
 def run(
@@ -47,6 +47,7 @@ def run(
     dataset_to: str | Path | None = None,
     step_timeout_s: float = STEP_TIMEOUT_S,
     ahead: bool | None = None,
+    in_process: bool = False,
     progress: bool = False,
 ) -> "Result":
     """Run a scenario and grade it. Without `out` and `into`, nothing is written.
@@ -57,7 +58,8 @@ def run(
         Name of a shipped scenario, path of a .toml file, or a scenario of `load_scenario`.
     tracker
         The device under test: a class or function that takes a `TrackerConfig` and returns an object with
-        `step(scan)`, or a text as after `--tracker`. The shipped tracker if left out.
+        `step(scan)`, or a text as after `--tracker`. The shipped tracker if left out. A text names code that runs in a
+        process of its own; a class or function runs in this one, see `in_process`.
     oracles
         Stages of the shipped tracker to replace by the ground truth, such as "segmentation".
     seed, duration_s
@@ -75,11 +77,13 @@ def run(
     dataset_to
         New folder of a data set.
     step_timeout_s
-        Limit of one step of the tracker [s]. It holds in the main thread; a tracker in a process of its own is always
-        limited.
+        Limit of one step of a tracker in a process of its own [s].
     ahead
         True to compute traffic and scans in another process; None does so if there is a second core. The result is
         the same.
+    in_process
+        True to run the tracker in this process, for a debugger. It could then reach the ground truth, so the result
+        says so, and comparisons refuse it.
     progress
         True to show a progress bar in a terminal.
 
@@ -102,7 +106,7 @@ def run(
     from luxloop.scenarios.run import loop
     from luxloop.scenarios.run.progress import hidden
 
-    make_device = choose(tracker, _stages(oracles))
+    make_device = choose(tracker, _stages(oracles), in_process)
     with hidden(not progress):
         if not (out or into):
             return loop.run(loaded, make_device, step_timeout_s=step_timeout_s, ahead=ahead)

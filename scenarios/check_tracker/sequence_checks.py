@@ -12,8 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from luxloop.scenarios.check_tracker.check_drives import CheckDrive
-from luxloop.scenarios.run.containment import STEP_TIMEOUT_S, StepTimeoutError, Watch, call_restored, contained, watched
-from luxloop.scenarios.run.device import Device, DeviceFactory
+from luxloop.scenarios.run.device import Device
 from luxloop.scenarios.run.output_checks import (
     Fault,
     Faults,
@@ -26,6 +25,8 @@ from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.tracker.records import Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
+
+MakeTracker = Callable[[TrackerConfig], Device]
 
 CHECKS = {
     "accepts a TrackerConfig": "accept one argument, the scenario's [tracker] table, and share no state",
@@ -73,7 +74,7 @@ OUTPUT_CHECKS = (
 """Checks that are executed if there is at least one output."""
 
 
-def examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
+def examine(make_device: MakeTracker, drives: list[CheckDrive]) -> Findings:
     """Check a tracker on all drives and return the findings.
 
     Parameters
@@ -84,11 +85,6 @@ def examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
         Scans, see `check_drives.drives`. The first drive is repeated with a second instance, and the first and the last
         one with two interleaved instances.
     """
-    with contained():
-        return _examine(make_device, drives)
-
-
-def _examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
     faults, done = [], {"accepts a TrackerConfig", "accepts every scan"}
     replays = []
     for drive in drives:
@@ -109,7 +105,7 @@ def _examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
 class Replay:
     """A drive processed by one instance of a tracker."""
 
-    make_device: DeviceFactory
+    make_device: MakeTracker
     drive: CheckDrive
     faults: list[Fault] = field(default_factory=list)
     hashes: list[str] = field(default_factory=list)
@@ -147,14 +143,12 @@ class Replay:
         self._check(output, scan, index)
 
     def _call(self, check: str, index: int, call: Callable[..., Any], *arguments: object) -> Any:
-        """Call into the tracker; any exception, exit or timeout is a finding and ends the replay."""
-        watch = Watch()
+        """Call into the tracker; any exception or exit is a finding and ends the replay."""
         try:
-            with watched(STEP_TIMEOUT_S, self.drive.where(index)) as watch, call_restored():
-                return call(*arguments)
+            return call(*arguments)
+        except KeyboardInterrupt:
+            raise
         except BaseException as error:
-            if watch.interrupted:
-                raise
             self._add_faults([Fault(check, _message(error))], index)
             self.failed = True
 
@@ -189,14 +183,14 @@ class Replay:
         self.faults += [fault._replace(where=self.drive.where(index)) for fault in faults]
 
 
-def _repeat(make_device: DeviceFactory, drive: CheckDrive, first: Replay) -> Faults:
+def _repeat(make_device: MakeTracker, drive: CheckDrive, first: Replay) -> Faults:
     """Compare a second instance with the first one."""
     again = Replay(make_device, drive)
     again.run()
     yield from _compare("deterministic", first, again, "a second instance gives different outputs")
 
 
-def _interleave(make_device: DeviceFactory, drives: list[CheckDrive], independent: list[Replay]) -> Faults:
+def _interleave(make_device: MakeTracker, drives: list[CheckDrive], independent: list[Replay]) -> Faults:
     """Compare two instances that process two drives in turns with independent ones."""
     pair = [Replay(make_device, drive) for drive in (drives[0], drives[-1])]
     for indices in zip_longest(*(range(len(replay.drive.scans)) for replay in pair)):
@@ -223,8 +217,6 @@ def _hash(record: Scan | Tracks) -> str:
 
 def _message(error: BaseException) -> str:
     """Return the error and the line of the tracker that raised it."""
-    if isinstance(error, StepTimeoutError):
-        return f"took more than {STEP_TIMEOUT_S:g} s"
     last = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {' '.join(str(error).split())} ({last.filename}:{last.lineno})"
 

@@ -113,7 +113,7 @@ def blame(
     from luxloop.scenarios.report.blame_tables import blame_report
     from luxloop.scenarios.run import device
 
-    make_tracker = device.factory_of(tracker)
+    make_tracker = device.load(tracker or device.SHIPPED, in_process=True)  # oracles replace its stages
     found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)), make_tracker)
     costs = stage_costs(found)
     if as_json:

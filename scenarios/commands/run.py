@@ -72,6 +72,10 @@ def run(
         Path | None, typer.Option("--dataset", metavar="DIR", help="Also write scans and labels into this new folder.")
     ] = None,
     step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
+    in_process: Annotated[
+        bool,
+        typer.Option("--in-process", help="Run a tracker of your own in this process, for a debugger; not comparable."),
+    ] = False,
     ahead: Annotated[
         bool | None,
         typer.Option(
@@ -88,7 +92,7 @@ def run(
     run_seed = partial(
         interface.run, scenario, duration_s=duration, settings=settings or [], tracker=tracker, oracles=oracle or [],
         record=not no_recording, record_scans=record_scans, dataset_to=dataset_to, step_timeout_s=step_timeout,
-        ahead=ahead, progress=not quiet,
+        ahead=ahead, in_process=in_process, progress=not quiet,
     )  # fmt: skip
     recorded = not no_recording
     if seeds is None:

@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from luxloop.scenarios.commands.arguments import Quiet, ScenarioName, Tracker
+from luxloop.scenarios.errors import DeviceError
 
 
 def check_tracker(
@@ -12,11 +13,16 @@ def check_tracker(
 ) -> None:
     """Check that a tracker keeps the interface contract, with real and degenerate scans."""
     from luxloop.scenarios.check_tracker.check_drives import drives
+    from luxloop.scenarios.check_tracker.check_process import examine_apart
     from luxloop.scenarios.check_tracker.sequence_checks import examine, table
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import device
+    from luxloop.scenarios.run.process_tracker import ClassFactory, ProcessFactory
 
-    findings = examine(device.load(tracker), drives())
+    chosen = device.load(tracker)
+    if isinstance(chosen, ProcessFactory):
+        raise DeviceError(f"{tracker}: give a class or function; luxloop run checks the answers of a program")
+    findings = examine_apart(chosen.spec, drives()) if isinstance(chosen, ClassFactory) else examine(chosen, drives())
     text.show(table(findings, tracker))
     raise typer.Exit(0 if findings.passed else 1)
 

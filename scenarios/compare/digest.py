@@ -88,6 +88,11 @@ def digest(result: Result) -> RunDigest:
     KeyError, TypeError, ValueError
         The result is of another version.
     """
+    if result.config.get("in_process"):
+        raise OutputError(
+            f"{result.out or result.scenario}: its tracker ran in the process of the truth (--in-process); run it "
+            "again without, named as FILE.py:NAME or MODULE:NAME"
+        )
     limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items() if not name.startswith(TIMES)}
     checks = check(result.metrics, limits, result.config["device"])
     return RunDigest(

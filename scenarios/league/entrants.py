@@ -10,15 +10,15 @@ from typing import Any
 
 from luxloop.scenarios.errors import DeviceError, InputError
 from luxloop.scenarios.run import device
-from luxloop.scenarios.run.device import REFERENCE, SHIPPED, TRACKERS, Device
-from luxloop.scenarios.run.process_tracker import PREFIX
+from luxloop.scenarios.run.device import REFERENCE, SHIPPED, TRACKERS, Device, DeviceFactory
+from luxloop.scenarios.run.process_tracker import PREFIX, ClassFactory
 from luxloop.scenarios.study import run_content
 from luxloop.tracker.tracker import TrackerConfig
 
 
 @dataclass(frozen=True, slots=True)
 class Entrant:
-    """A tracker of the league; a `luxloop.scenarios.run.device.DeviceFactory`."""
+    """A tracker of the league."""
 
     name: str
     place: str
@@ -38,7 +38,14 @@ class Entrant:
 
     def __call__(self, config: TrackerConfig, **others: Any) -> Device:
         """Make the tracker; `others` replace its settings."""
-        return device.load(self.place)(config, **{**self.settings, **others})
+        make: Any = device.load(self.place, in_process=True)
+        made: Device = make(config, **{**self.settings, **others})
+        return made
+
+    @property
+    def factory(self) -> DeviceFactory:
+        """Factory of the tracker; that of the user runs in a process of its own."""
+        return device.load(self.place) if self.is_own else self
 
     def __str__(self) -> str:
         return self.name
@@ -91,7 +98,8 @@ def _own(spec: str) -> Entrant:
         raise InputError(str(error).replace("--tracker ", "--trackers ", 1)) from error
     place = device.absolute(spec)
     if not spec.startswith(PREFIX):
-        return Entrant(device.short_name(spec), place, _first_line(tracker), is_own=True)
+        text = tracker.documentation if isinstance(tracker, ClassFactory) else _first_line(tracker)
+        return Entrant(device.short_name(spec), place, text.rstrip("."), is_own=True)
     words = spec.removeprefix(PREFIX).split()
     script = next((word for word in words if word.endswith(".py")), words[0])  # all run by `python` need other names
     return Entrant(Path(script).name, place, place, is_own=True)

@@ -145,7 +145,7 @@ def run_tracker(drive: Drive, entrant: Entrant, scans: Row) -> tuple[str, Row]:
 def graded(drive: Drive, entrant: Entrant, recorded: RecordedRun) -> Row:
     """Run a tracker on the scans, write its folder, and return its figures; a broken contract is a failure."""
     try:
-        result = Regrader(recorded, recorded.scenario).tracker(entrant, entrant.name)
+        result = Regrader(recorded, recorded.scenario).tracker(entrant.factory, entrant.name)
     except ContractError as error:
         return _failure(error)
     checks = check(result.metrics, recorded.scenario.expect, entrant.name)

@@ -21,7 +21,7 @@ from luxloop.sim.factory import KINDS
 
 TRACK_HEIGHT_M = 1.5
 """Height of the boxes of tracks in other formats; the tracker estimates none."""
-NOT_IN_SCENARIO = ("rig", "device", "set", "ego")
+NOT_IN_SCENARIO = ("rig", "device", "set", "ego", "in_process")
 """Keys of the effective config that are not in a scenario file, or have another form there."""
 
 

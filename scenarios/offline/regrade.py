@@ -19,9 +19,9 @@ from luxloop.scenarios.offline.recorded_scans import RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import device, own_metrics, progress, versions, warm_up
-from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
+from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.stopwatch import Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.scenarios.run.warm_up import compilation_reported

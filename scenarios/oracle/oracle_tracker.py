@@ -16,8 +16,7 @@ from luxloop.scenarios.oracle.oracle_tracks import (
 from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.run import device
-from luxloop.scenarios.run.device import DeviceFactory
-from luxloop.scenarios.run.process_tracker import ProcessFactory
+from luxloop.scenarios.run.device import APART, DeviceFactory
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.detection.detector import Detector
@@ -61,6 +60,9 @@ class OracleTracker:
     def step(self, scan: Scan) -> tuple[Tracks, StepTrace]:
         """Process one scan, see `Tracker.step`."""
         return self._tracker.step(scan)
+
+
+device.ORACLES.add(OracleTracker)
 
 
 def _with_truth(tracker: Tracker, replaced: frozenset[Stage], context: OracleContext) -> TrackerStages:
@@ -109,7 +111,7 @@ class OracleFactory:
             The tracker or its settings have no such stage.
         """
         name = device.name_of(self.make_tracker)
-        if isinstance(self.make_tracker, ProcessFactory):
+        if isinstance(self.make_tracker, APART):
             raise DeviceError(f"{name}: oracles cannot replace the stages of another process")
         tracker = self.make_tracker(config)
         if not isinstance(tracker, Tracker):
@@ -128,7 +130,7 @@ class OracleFactory:
         return f"oracle: {', '.join(stage for stage in Stage if stage in self.stages)}"
 
 
-def choose(tracker: str | DeviceFactory | None, stages: Sequence[Stage]) -> DeviceFactory:
+def choose(tracker: str | DeviceFactory | None, stages: Sequence[Stage], in_process: bool = False) -> DeviceFactory:
     """Return the factory of the device under test: a tracker, or the shipped one with oracles for some stages.
 
     Raises
@@ -137,7 +139,7 @@ def choose(tracker: str | DeviceFactory | None, stages: Sequence[Stage]) -> Devi
         Oracles are combined with another tracker than the shipped one, or the tracker cannot be loaded.
     """
     if not stages:
-        return device.factory_of(tracker)
+        return device.factory_of(tracker, in_process)
     if tracker not in (None, device.SHIPPED):
         asked, tracker = ", ".join(stages), tracker if isinstance(tracker, str) else device.name_of(tracker)
         raise DeviceError(

@@ -13,9 +13,9 @@ from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import loop, progress
-from luxloop.scenarios.run.containment import STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard
+from luxloop.scenarios.run.process_tracker import STEP_TIMEOUT_S
 from luxloop.sensor_model.rig.rig import load_rig
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame

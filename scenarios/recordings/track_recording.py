@@ -24,8 +24,8 @@ from luxloop.scenarios.report import text
 from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
-from luxloop.scenarios.run.containment import STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
+from luxloop.scenarios.run.process_tracker import STEP_TIMEOUT_S
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Obstacles, WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks

@@ -19,9 +19,9 @@ from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device, own_metrics, progress, termination, versions
-from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.device import DeviceFactory
 from luxloop.scenarios.run.guard import Guard, guarded
+from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.scan_source import NoiseInputError, ScannedFrame, Scans, ScanSource, ScanStart
 from luxloop.scenarios.run.stopwatch import RECORDING, SCANNED, Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
@@ -210,6 +210,7 @@ def _frame_count(scenario: Scenario, source: Scans) -> int:
 def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory, ego: str) -> dict[str, Any]:
     """Return the whole configuration of the run, including defaults, the content of the rig files and the ego's id."""
     config = {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}
+    config |= {"in_process": True} if device.is_in_process(make_device) else {}
     return config | ({"ego": ego} if ego else {}) | ({"set": list(scenario.settings)} if scenario.settings else {})
 
 

@@ -1,38 +1,44 @@
 """Values of the metrics of a scenario file: shipped metrics over some actors, and functions of the run's tables.
 
-They are computed after the run, from its tables, so the trace hash does not depend on them.
+They are computed after the run, from its tables, so the trace hash does not depend on them. Functions are code of the
+user: they run in a process of their own, with a time limit.
 """
 
-import importlib
+import json
 import math
-import sys
-from collections.abc import Callable, Iterable, Mapping
+import pickle
+import time
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from luxloop import former_names
 from luxloop.scenarios.errors import MetricError
 from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.result import Metric
-from luxloop.scenarios.run.device import place_of
+from luxloop.scenarios.run import child_process
+from luxloop.scenarios.run.child_process import ChildError, ChildTimeoutError
+from luxloop.scenarios.run.metric_server import LENGTH
 
 Tables = Mapping[str, pd.DataFrame]
-MetricFunction = Callable[[dict[str, pd.DataFrame]], float | None]
-"""A function of the user: from tables by name, as in `scenarios.grading.frame_tables`, to a number, or None if the
-metric does not apply."""
+"""Tables by name, as in `scenarios.grading.frame_tables`; a function makes a number of them, or None if the metric does
+not apply."""
+LIMIT_S = 60.0
+"""Time limit of all functions of a run [s]."""
+ANSWER_MAX = 1 << 20
+"""Longest answer [bytes]."""
 
 
-def load(metrics: Iterable[OwnMetric]) -> dict[str, MetricFunction]:
-    """Import the functions of metrics, by the name of the metric.
+def load(metrics: Iterable[OwnMetric]) -> None:
+    """Check that the functions of metrics can be imported.
 
     Raises
     ------
     MetricError
         A module cannot be imported, or has no such function.
     """
-    return {metric.name: _load(metric) for metric in metrics if metric.function}
+    _answers(list(metrics), None)
 
 
 def grade(
@@ -43,15 +49,15 @@ def grade(
     Raises
     ------
     MetricError
-        A function cannot be imported, fails, or returns something other than a number.
+        A function cannot be imported, fails, takes too long, or returns something other than a number.
     """
-    found, functions = {}, load(chosen := list(metrics))
-    for metric in chosen:
-        if metric.function:
-            found[metric.name] = _call(functions[metric.name], metric, tables, frames)
-        else:
-            found[metric.name] = _over_actors(metric, tables, figures)
-    return found
+    answers = _answers(chosen := list(metrics), tables)
+    return {
+        metric.name: _value(answers[metric.name], metric, frames)
+        if metric.function
+        else _over_actors(metric, tables, figures)
+        for metric in chosen
+    }
 
 
 def _over_actors(metric: OwnMetric, tables: Tables, figures: Mapping[str, Metric]) -> Metric:
@@ -64,35 +70,42 @@ def _over_actors(metric: OwnMetric, tables: Tables, figures: Mapping[str, Metric
     return figures[metric.selection.name]
 
 
-def _call(function: MetricFunction, metric: OwnMetric, tables: Tables, frames: int) -> Metric:
+def _answers(metrics: list[OwnMetric], tables: Tables | None) -> dict[str, dict[str, Any]]:
+    """Return the answers of the process of functions, by the name of the metric."""
+    functions = {metric.name: metric.function for metric in metrics if metric.function}
+    if not functions:
+        return {}
+    deadline = time.monotonic() + LIMIT_S
+    child = child_process.python("luxloop.scenarios.run.metric_server")
+    listed = f"functions {', '.join(functions.values())}"
     try:
-        value: Any = function({name: table.copy() for name, table in tables.items()})
-    except (Exception, SystemExit) as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise MetricError(f"{metric.name}: {metric.function}: {place_of(error, (__file__,))}{reason}") from error
+        child.send(pickle.dumps((functions, str(Path.cwd()), tables and dict(tables)), protocol=5), deadline)
+        (length,) = LENGTH.unpack(child.receive(LENGTH.size, deadline))
+        if length > ANSWER_MAX:
+            raise ChildError(f"answered {length} bytes")
+        answers = json.loads(child.receive(length, deadline))
+        for metric in metrics:
+            if metric.function and "not_loaded" in answers[metric.name]:
+                reason = answers[metric.name]["not_loaded"]
+                raise MetricError(f"{metric.name}: function = {metric.function}: {reason}")
+        return {name: dict(answers[name]) for name in functions}
+    except ChildTimeoutError as error:
+        raise MetricError(f"{listed}: took more than {LIMIT_S:g} s") from error
+    except (ChildError, ValueError, KeyError, TypeError) as error:
+        raise MetricError(f"{listed}: their process {error}") from error
+    finally:
+        child.close()
+
+
+def _value(answer: Mapping[str, Any], metric: OwnMetric, frames: int) -> Metric:
+    """Return the metric of an answer."""
+    if "error" in answer:
+        raise MetricError(f"{metric.name}: {metric.function}: {' '.join(str(answer['error']).split())}")
+    if "type" in answer:
+        raise MetricError(f"{metric.name}: {metric.function} returned a {answer['type']}, no number")
+    value = answer.get("value")
     if value is None:
         return Metric(None, metric.definition.unit, 0, f"{metric.function} returned no value")
-    try:
-        number = float(value)
-    except (TypeError, ValueError) as error:
-        raise MetricError(f"{metric.name}: {metric.function} returned a {type(value).__name__}, no number") from error
-    if not math.isfinite(number):
-        raise MetricError(f"{metric.name}: {metric.function} returned {number}; return None without a value")
-    return Metric(number, metric.definition.unit, frames)
-
-
-def _load(metric: OwnMetric) -> MetricFunction:
-    module, _, name = metric.function.partition(":")
-    if (here := str(Path.cwd())) not in sys.path:
-        sys.path.append(here)  # after installed packages, as for --tracker
-    try:
-        function: Any = getattr(importlib.import_module(module), name)
-    except (Exception, SystemExit) as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split()) + former_names.remedy(error, module)
-        raise MetricError(
-            f"{metric.name}: function = {metric.function}: {reason}; name a module on the Python path or in {here}, "
-            "and a function in it"
-        ) from error
-    if not callable(function):
-        raise MetricError(f"{metric.name}: function = {metric.function}: {name} cannot be called; name a function")
-    return function  # type: ignore[no-any-return]
+    if not math.isfinite(value):
+        raise MetricError(f"{metric.name}: {metric.function} returned {value}; return None without a value")
+    return Metric(float(value), metric.definition.unit, frames)

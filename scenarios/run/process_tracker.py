@@ -1,27 +1,27 @@
-"""A tracker in its own process: any program that reads scans from standard input and writes tracks.
+"""Trackers in a process of their own: a class or function of the user, or any program that reads scans.
 
-It cannot reach the ground truth or the harness; it may crash, exit, print to standard error, or hang.
+They cannot reach the ground truth or the harness; they may crash, exit, print to standard error, or hang.
 
-Messages are little-endian columns, as in docs/other-trackers.md. Both sides begin with `GREETING`. A message is its
-length in bytes (uint32, not counted) and a body.
+Messages of programs are little-endian columns, as in docs/other-trackers.md. Both sides begin with `GREETING`. A
+message is its length in bytes (uint32, not counted) and a body. Those of Python are in `tracker_server`.
 """
 
 import os
-import select
+import pickle
 import shlex
 import shutil
-import signal
 import struct
-import subprocess
 import time
-from contextlib import suppress
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from luxloop.scenarios.errors import DeviceError
-from luxloop.scenarios.run.containment import STEP_TIMEOUT_S, StepTimeoutError
-from luxloop.tracker.records import Tracks
+from luxloop.scenarios.run import child_process
+from luxloop.scenarios.run.child_process import ChildError, ChildProcess, ChildTimeoutError
+from luxloop.scenarios.run.record_messages import ANSWER, Kind, decode
+from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
 
@@ -85,23 +85,43 @@ def tracks_of(body: bytes, frame: int) -> Tracks:
 
 
 PREFIX = "process:"
-END_S = 5.0
-"""Time for the process to end after its input is closed [s]."""
+STEP_TIMEOUT_S = 60.0
+"""Default limit of one step of a tracker [s]."""
+START_FACTOR = 10
+"""The warm-up and the start of a tracker may take this many times the limit of a step: they compile kernels."""
 ANSWER_MAX = 10_000 * TRACK_BYTES
-"""Longest answer [bytes]; a longer one is taken for text on standard output."""
+"""Longest answer of a program [bytes]; a longer one is taken for text on standard output."""
+OUTPUT_MAX = 1 << 28
+"""Longest output of a tracker in Python [bytes]."""
 
 
-class TrackerProcessError(Exception):
-    """The process ended, or does not keep the protocol."""
+class TrackerProcess(Protocol):
+    """A tracker in another process."""
+
+    limit_s: float
+    """Limit of one answer [s]."""
+
+    def step(self, scan: Scan) -> Tracks | tuple[Tracks, StepTrace]:
+        """Send a scan and return the answer."""
+        ...
+
+    def finish(self) -> None:
+        """End the tracker after its last scan."""
+        ...
+
+    def close(self) -> None:
+        """Kill what is left of it."""
+        ...
 
 
 class ProcessFactory:
-    """Starts a command for each tracker; a `luxloop.scenarios.run.device.DeviceFactory`.
+    """Starts a program for each tracker.
 
     Parameters
     ----------
     command
-        Program and arguments, as in a shell, without shell syntax.
+        Program and arguments, as in a shell, without shell syntax. It runs in an empty folder of its own, so arguments
+        that are files of the current folder become absolute paths.
 
     Raises
     ------
@@ -111,130 +131,146 @@ class ProcessFactory:
 
     def __init__(self, command: str) -> None:
         try:
-            self._arguments = shlex.split(command)
+            words = shlex.split(command)
         except ValueError as error:
             raise DeviceError(f"--tracker {PREFIX}{command}: {error}; quote the command as for a shell") from error
-        if not self._arguments or shutil.which(self._arguments[0]) is None:
-            raise DeviceError(f"--tracker {PREFIX}{command}: no program {self._arguments[:1]}; give a path or a name")
-        self._arguments[0] = str(shutil.which(self._arguments[0]))
-        if os.sep in self._arguments[0]:
-            self._arguments[0] = str(Path(self._arguments[0]).absolute())
+        program = shutil.which(words[0]) if words else None
+        if program is None:
+            raise DeviceError(f"--tracker {PREFIX}{command}: no program {words[:1]}; give a path or a name")
+        program = str(Path(program).absolute()) if os.sep in program else program
+        files = {word: str(Path(word).absolute()) for word in words if Path(word).is_file()}
+        self._arguments = [program, *(files.get(word, word) for word in words[1:])]
 
-    def __call__(self, _config: TrackerConfig) -> "ProcessTracker":
-        """Start the command."""
-        return ProcessTracker(self._arguments)
+    def start(self, _config: TrackerConfig, limit_s: float) -> "ProcessTracker":
+        """Start the program."""
+        return ProcessTracker(self._arguments, limit_s)
 
     def __str__(self) -> str:
         return f"{PREFIX}{shlex.join(self._arguments)}"
 
 
 class ProcessTracker:
-    """A running tracker.
-
-    Parameters
-    ----------
-    arguments
-        Program and arguments.
+    """A running program.
 
     Raises
     ------
-    TrackerProcessError
+    ChildError, ChildTimeoutError
         It does not answer the greeting.
     """
 
-    def __init__(self, arguments: list[str]) -> None:
-        self.limit_s = STEP_TIMEOUT_S
-        """Limit of one answer [s]."""
+    def __init__(self, arguments: list[str], limit_s: float) -> None:
+        self.limit_s = limit_s
         self._frame = 0
-        self._process = subprocess.Popen(
-            arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, start_new_session=True
-        )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._input, self._output = self._process.stdin.fileno(), self._process.stdout.fileno()
-        for descriptor in (self._input, self._output):
-            os.set_blocking(descriptor, False)
-        try:
-            self._exchange_greetings()
-        except BaseException:
-            self.close()
-            raise
+        self._process = ChildProcess(arguments)
+        deadline = time.monotonic() + limit_s
+        self._process.send(GREETING, deadline)
+        answer = self._process.receive(len(GREETING), deadline)
+        if answer != GREETING:
+            raise ChildError(f"answered {answer!r} instead of {GREETING!r}; print to standard error only")
 
     def step(self, scan: Scan) -> Tracks:
         """Send a scan and return the answer."""
         deadline, frame = time.monotonic() + self.limit_s, self._frame
         self._frame += 1
-        self._send(scan_message(frame, scan), deadline)
-        (length,) = LENGTH.unpack(self._receive(LENGTH.size, deadline))
+        self._process.send(scan_message(frame, scan), deadline)
+        (length,) = LENGTH.unpack(self._process.receive(LENGTH.size, deadline))
         if length > ANSWER_MAX:
-            raise TrackerProcessError(f"answered {length} bytes; does it print to standard output?")
+            raise ChildError(f"answered {length} bytes; does it print to standard output?")
         try:
-            return tracks_of(self._receive(length, deadline), frame)
+            return tracks_of(self._process.receive(length, deadline), frame)
         except ValueError as error:
-            raise TrackerProcessError(f"{error}; see docs/other-trackers.md") from error
+            raise ChildError(f"{error}; see docs/other-trackers.md") from error
 
     def finish(self) -> None:
-        """Close the input after the last scan, and wait for the end of the process.
-
-        Raises
-        ------
-        TrackerProcessError
-            It does not end, or with a code other than 0.
-        """
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        try:
-            code = self._process.wait(END_S)
-        except subprocess.TimeoutExpired as error:
-            raise TrackerProcessError(f"was still running {END_S:g} s after its input was closed") from error
-        if code:
-            raise TrackerProcessError(self._ending())
+        """Close the input after the last scan, and wait for the end of the program."""
+        self._process.finish()
 
     def close(self) -> None:
-        """Kill the process and its children, if they are still running."""
-        with suppress(ProcessLookupError):  # ended, with all its children
-            os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
-            if stream:
-                stream.close()
+        """Kill the program and its children, if they are still running."""
+        self._process.close()
 
-    def _exchange_greetings(self) -> None:
-        deadline = time.monotonic() + self.limit_s
-        self._send(GREETING, deadline)
-        answer = self._receive(len(GREETING), deadline)
-        if answer != GREETING:
-            raise TrackerProcessError(f"answered {answer!r} instead of {GREETING!r}; print to standard error only")
 
-    def _send(self, data: bytes, deadline: float) -> None:
-        view = memoryview(data)
-        while view:
-            if self._wait([], [self._input], deadline):
-                try:
-                    view = view[os.write(self._input, view) :]
-                except BrokenPipeError as error:
-                    raise TrackerProcessError(self._ending()) from error
+class ClassFactory:
+    """Runs a class or function of the user in a process of its own, which later trackers of it use again.
 
-    def _receive(self, count: int, deadline: float) -> bytes:
-        data = bytearray()
-        while len(data) < count:
-            if self._wait([self._output], [], deadline):
-                part = os.read(self._output, count - len(data))
-                if not part:
-                    raise TrackerProcessError(self._ending())
-                data += part
-        return bytes(data)
+    Parameters
+    ----------
+    spec
+        `MODULE:NAME` or `FILE.py:NAME`.
 
-    def _wait(self, readable: list[int], writable: list[int], deadline: float) -> bool:
-        left = deadline - time.monotonic()
-        if left <= 0:
-            raise StepTimeoutError
-        return any(select.select(readable, writable, [], left))
+    Raises
+    ------
+    DeviceError
+        It cannot be imported.
+    """
 
-    def _ending(self) -> str:
-        """Return how the process ended: it closed a pipe, so it has ended or is about to."""
+    def __init__(self, spec: str) -> None:
+        self.spec, self._folder = spec, str(Path.cwd())
+        place, _, name = spec.rpartition(":")
+        file = Path(place).resolve()
+        shown = file.relative_to(self._folder) if file.is_relative_to(self._folder) else file
+        self._name = f"{shown}:{name}" if place.endswith(".py") else spec
+        self._idle: list[ChildProcess] = []
         try:
-            code = self._process.wait(1.0)
-        except subprocess.TimeoutExpired:
-            return "closed its standard input or output"
-        return f"ended by signal {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+            child, self.documentation = self._loaded()
+        except (ChildError, ChildTimeoutError) as error:
+            raise DeviceError(f"--tracker {spec}: {error or 'its import does not end'}") from error
+        self._idle.append(child)
+
+    def start(self, config: TrackerConfig, limit_s: float) -> "ClassTracker":
+        """Make a tracker."""
+        child = self._idle.pop() if self._idle else self._loaded()[0]
+        return ClassTracker(child, config, limit_s, self._idle)
+
+    def _loaded(self) -> tuple[ChildProcess, str]:
+        """Return a process that has imported the code, and the first line of the tracker's documentation."""
+        child = child_process.python("luxloop.scenarios.run.tracker_server")
+        deadline = time.monotonic() + START_FACTOR * STEP_TIMEOUT_S
+        _, body = _ask(child, ("load", (self.spec, self._folder)), deadline)
+        return child, body.decode(errors="replace")
+
+    def __str__(self) -> str:
+        return self._name
+
+
+class ClassTracker:
+    """A tracker in a process of Python."""
+
+    def __init__(self, child: ChildProcess, config: TrackerConfig, limit_s: float, idle: list[ChildProcess]) -> None:
+        self.limit_s = limit_s
+        self._child, self._idle, self._finished = child, idle, False
+        _ask(child, ("start", (config,)), time.monotonic() + limit_s)
+
+    def step(self, scan: Scan) -> Tracks | tuple[Tracks, StepTrace]:
+        """Send a scan and return the answer."""
+        kind, body = _ask(self._child, ("step", (scan,)), time.monotonic() + self.limit_s)
+        if kind is not Kind.OUTPUT:
+            raise ChildError("answered without tracks")
+        try:
+            tracks, trace = decode(body)
+        except ValueError as error:
+            raise ChildError(str(error)) from error
+        return (tracks, trace) if trace else tracks
+
+    def finish(self) -> None:
+        """Keep the process for the next tracker."""
+        self._finished = True
+
+    def close(self) -> None:
+        """Kill the process, unless it finished."""
+        if self._finished:
+            self._idle.append(self._child)
+        else:
+            self._child.close()
+
+
+def _ask(child: ChildProcess, request: tuple[str, tuple[object, ...]], deadline: float) -> tuple[Kind, bytes]:
+    """Send a request to a process of `tracker_server`, and return the answer."""
+    child.send(pickle.dumps(request, protocol=5), deadline)
+    length, number = ANSWER.unpack(child.receive(ANSWER.size, deadline))
+    if length > OUTPUT_MAX or number not in tuple(Kind):
+        raise ChildError(f"answered {length} bytes of kind {number}")
+    body, kind = child.receive(length, deadline), Kind(number)
+    if kind is Kind.ERROR:
+        raise ChildError(body.decode(errors="replace"))
+    return kind, body

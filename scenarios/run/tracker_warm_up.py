@@ -7,8 +7,8 @@ from contextlib import contextmanager
 import numpy as np
 
 from luxloop.scenarios.run import progress
-from luxloop.scenarios.run.containment import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.guard import guarded
+from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.warm_up import FRAMES, STATUS
 from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
 from luxloop.sensor_model.rig.rig import Rig

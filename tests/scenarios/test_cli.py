@@ -296,7 +296,7 @@ def test_ctrl_c_prints_a_line_and_leaves_no_files(capfd):
     short_run.write(Path())
     Path("impatient.py").write_text(INTERRUPTED)
     before = tree()
-    assert main(["run", "short.toml", "--tracker", "impatient:Tracker"]) == 130
+    assert main(["run", "short.toml", "--tracker", "impatient:Tracker", "--in-process"]) == 130
     assert capfd.readouterr().err == "luxloop: error: interrupted; nothing was written\n"
     assert tree() == before
 
@@ -305,7 +305,7 @@ def test_ctrl_c_that_numba_turns_into_another_error_is_recognised(capfd):
     """numba does so while it loads a kernel."""
     short_run.write(Path())
     Path("loading.py").write_text(INTERRUPTED.replace("\n        signal.raise_signal(signal.SIGINT)\n", AS_NUMBA))
-    assert main(["run", "short.toml", "--tracker", "loading:Tracker"]) == 130
+    assert main(["run", "short.toml", "--tracker", "loading:Tracker", "--in-process"]) == 130
     assert capfd.readouterr().err == "luxloop: error: interrupted; nothing was written\n"
 
 
@@ -313,7 +313,9 @@ def test_ctrl_c_inside_a_string_of_exec_keeps_the_exit_code():
     """CPython would end the process by SIGINT, without its exit code; `dataclass` uses such strings."""
     short_run.write(Path())
     Path("making.py").write_text(INTERRUPTED.replace("signal.raise_signal(signal.SIGINT)", INSIDE_EXEC))
-    ended = warm_process.luxloop("run", "short.toml", "--tracker", "making:Tracker", delete_modules=True)
+    ended = warm_process.luxloop(
+        "run", "short.toml", "--tracker", "making:Tracker", "--in-process", delete_modules=True
+    )
     assert (ended.returncode, ended.stderr) == (130, "luxloop: error: interrupted; nothing was written\n")
 
 
@@ -322,7 +324,7 @@ def test_sigterm_within_a_tracker_ends_the_run(capfd):
     short_run.write(Path())
     Path("ended.py").write_text(INTERRUPTED.replace("SIGINT", "SIGTERM"))
     before = signal.getsignal(signal.SIGTERM)
-    assert main(["run", "short.toml", "--tracker", "ended:Tracker"]) == 143
+    assert main(["run", "short.toml", "--tracker", "ended:Tracker", "--in-process"]) == 143
     assert capfd.readouterr().err == "luxloop: error: interrupted; nothing was written\n"
     assert signal.getsignal(signal.SIGTERM) is before
 

@@ -1,8 +1,13 @@
 """Trackers that break the contract of a tracker in one way each. They behave until their fourth step."""
 
 import asyncio
+import ctypes
+import gc
 import os
+import posix
 import shutil
+import signal
+import subprocess
 import sys
 import threading
 import time
@@ -95,6 +100,96 @@ def EndsProcess(_self, _scan):
 @rogue
 def BecomesAnotherProgram(_self, _scan):
     os.execv("/bin/true", ["true"])
+
+
+@rogue
+def EndsProcessByPosix(_self, _scan):
+    posix._exit(0)
+
+
+@rogue
+def EndsProcessByLibc(_self, _scan):
+    ctypes.CDLL(None).exit(0)
+
+
+@rogue
+def KillsItself(_self, _scan):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@rogue
+def KillsTheGroupOfItsParent(_self, _scan):
+    os.killpg(os.getpgid(os.getppid()), signal.SIGKILL)
+    time.sleep(1e6)
+
+
+@rogue
+def StopsItsParent(_self, _scan):
+    os.kill(os.getppid(), signal.SIGSTOP)
+    time.sleep(1e6)
+
+
+@rogue
+def ClosesFiles(_self, _scan):
+    os.closerange(0, 1000)
+    time.sleep(1e6)
+
+
+@rogue
+def BlocksTheAlarm(_self, _scan):
+    signal.pthread_sigmask(signal.SIG_BLOCK, set(signal.Signals) - {signal.SIGKILL, signal.SIGSTOP})
+    time.sleep(1e6)
+
+
+@rogue
+def Allocates(self, _scan):
+    while True:
+        self.kept.append(np.empty(1 << 30))
+
+
+@rogue
+def FillsTheDisk(_self, _scan):
+    with Path("large").open("wb") as file:
+        file.truncate(1 << 40)
+
+
+@rogue
+def LeavesGrandchild(self, _scan):
+    subprocess.Popen(["sleep", "1000.375"], start_new_session=True)
+    return self.fine()
+
+
+@rogue
+def LeavesGrandchildAndHangs(_self, _scan):
+    subprocess.Popen(["sleep", "1000.375"], start_new_session=True)
+    time.sleep(1e6)
+
+
+@rogue
+def LooksForTheScenario(self, _scan):
+    """Raises if its folder, command line or environment, or those of its parent, name the scenario or a test."""
+    told = [str(Path.cwd()), *os.environ.values()]
+    told += [Path(f"/proc/{process}/cmdline").read_text() for process in ("self", os.getppid())]
+    if any("short" in text or "pytest" in text for text in told) or list(Path.cwd().iterdir()):
+        raise ValueError(f"found {told}")
+    return self.fine()
+
+
+@rogue
+def ForgesByGc(self, _scan):
+    """Looks for the truth and the grader among all objects of its process."""
+    names = {type(item).__name__ for item in gc.get_objects()}
+    if names & {"WorldFrame", "ScanTruth", "Grader", "Scenario"}:
+        raise ValueError("found the truth")
+    return self.fine()
+
+
+@rogue
+def ChangesLibraries(self, _scan):
+    np.linalg.norm = np.hypot = lambda *_, **__: 0.0
+    sys.setrecursionlimit(60)
+    signal.alarm(1)
+    return self.fine()
 
 
 @rogue
@@ -202,6 +297,10 @@ BadBoxes = rogue(lambda *_: Tracks.from_boxes([1, 2], [[0.0, 0.0]], 0.0, (4.0, 2
 
 
 class Awaits(Honest):
+    def __init__(self, config):
+        super().__init__(config)
+        warnings.simplefilter("ignore")  # Python's warning would be a second line
+
     async def step(self, _scan):
         await asyncio.sleep(0)
 
@@ -227,6 +326,10 @@ class HollowTrace(Tracker):
 class SeesTruth(Honest):
     def see_truth(self, frame, truth):
         pass
+
+
+def FactoryOfOneThatSeesTruth(config):
+    return SeesTruth(config)
 
 
 @rogue

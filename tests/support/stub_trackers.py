@@ -1,4 +1,4 @@
-"""Stub trackers with one known fault each, for tests of the grader. They receive the truth (`run.device.Oracle`)."""
+"""Stub trackers with one known fault each, for tests of the grader. They receive the truth, as registered oracles."""
 
 import cmath
 import math
@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from support.frames import Estimate, compose, express, tracks_of
 
+from luxloop.scenarios.run import device
 from luxloop.sim.world import VEHICLE_KINDS
 
 GHOST_ID = 999_999
@@ -20,6 +21,9 @@ class Perfect:
     points: list = field(default_factory=list)
     """Number of points on every actor, by frame."""
     odom: list = field(default_factory=list)
+
+    def __init_subclass__(cls):
+        device.ORACLES.add(cls)
 
     def see_truth(self, frame, truth):
         self.frames.append(frame)
@@ -47,6 +51,9 @@ class Perfect:
                     )
                 )
         return out
+
+
+device.ORACLES.add(Perfect)
 
 
 def corner_motion(actors, row):

@@ -129,7 +129,7 @@ class Tracker(Shipped):
 
 def test_the_worst_seed_sets_the_exit_code_and_the_others_are_kept(capfd):
     Path("mine.py").write_text(BROKEN_AT_SEED_2)
-    assert run("--seeds", "1-3", "--tracker", "mine.py:Tracker", "--json") == 4
+    assert run("--seeds", "1-3", "--tracker", "mine.py:Tracker", "--in-process", "--json") == 4
     out, err = capfd.readouterr()
     document = json.loads(out)
     assert (document["exit_code"], [run["seed"] for run in document["runs"]]) == (4, [1, 3])
@@ -145,7 +145,7 @@ def test_ctrl_c_names_the_seeds_that_are_kept(capfd):
     assert broken in BROKEN_AT_SEED_2
     interrupted = BROKEN_AT_SEED_2.replace(broken, "signal.raise_signal(signal.SIGINT)")
     Path("stopped.py").write_text("import signal\n" + interrupted)
-    assert run("--seeds", "1-3", "--tracker", "stopped.py:Tracker") == 130
+    assert run("--seeds", "1-3", "--tracker", "stopped.py:Tracker", "--in-process") == 130
     error = capfd.readouterr().err.splitlines()[-1]
     assert error == "luxloop: error: interrupted at seed 2; the runs of seeds 1 are kept"
     assert [path.name for path in Path("runs").iterdir()] == ["short-seed1-Tracker"]

@@ -21,7 +21,7 @@ from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.html.reported_run import ReportedRun
-from luxloop.scenarios.run import progress, run_folder
+from luxloop.scenarios.run import device, progress, run_folder
 from luxloop.tracker.records import Status
 from luxloop.tracker.tracker import Tracker
 
@@ -405,7 +405,7 @@ class Twice(Tracker):
 """
 
 
-def test_an_oracle_receives_the_recorded_truth(run):
+def test_an_oracle_receives_the_recorded_truth(run, monkeypatch):
     """As in a live run, the truth of a scan is passed before the scan."""
     received = []
 
@@ -417,6 +417,7 @@ def test_an_oracle_receives_the_recorded_truth(run):
             assert len(scan) == received[-1][1]
             return super().step(scan)
 
+    monkeypatch.setattr(device, "ORACLES", {Listener})
     recorded = RecordedRun.open(run)
     Regrader(recorded, recorded.scenario).tracker(Listener, "listener")
     assert [index for index, _ in received[-short_run.FRAMES :]] == list(range(short_run.FRAMES))

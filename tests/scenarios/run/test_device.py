@@ -99,22 +99,32 @@ def test_a_former_name_of_a_module_has_the_new_one_as_its_remedy(missing, wanted
     assert former_names.remedy(ImportError(name=missing), wanted) == ""
 
 
-def test_a_file_is_loaded_once_and_names_its_device(folder):
+def test_a_file_is_loaded_once_in_this_process(folder):
     (folder / "deep").mkdir()
     (folder / "deep" / "mine.py").write_text(MINE)
     (folder / "deep" / "my_helper.py").write_text("NOTE = 'beside the file'")
-    made = device.load("deep/mine.py:MyTracker")
+    made = device.load("deep/mine.py:MyTracker", in_process=True)
     assert made.note == "beside the file"
-    assert device.load(f"{folder}/deep/mine.py:MyTracker") is made
-    assert device.name_of(made) == "deep/mine.py:MyTracker"
+    assert device.load(f"{folder}/deep/mine.py:MyTracker", in_process=True) is made
     assert isinstance(made(TrackerConfig()), Tracker)
+    assert device.is_in_process(made)
+
+
+def test_a_file_names_its_device_and_runs_in_a_process_of_its_own(folder):
+    (folder / "deep").mkdir()
+    (folder / "deep" / "mine.py").write_text(MINE)
+    (folder / "deep" / "my_helper.py").write_text("NOTE = 'beside the file'")
+    made = device.load(f"{folder}/deep/mine.py:MyTracker")
+    assert device.name_of(made) == "deep/mine.py:MyTracker"
+    assert not device.is_in_process(made)
+    assert "my_helper" not in sys.modules
 
 
 def test_files_of_one_name_are_different_modules(folder):
     for place in ("a", "b"):
         (folder / place).mkdir()
         (folder / place / "mine.py").write_text(f"class MyTracker:\n    place = '{place}'")
-    assert [device.load(f"{place}/mine.py:MyTracker").place for place in ("a", "b")] == ["a", "b"]
+    assert [device.load(f"{place}/mine.py:MyTracker", in_process=True).place for place in ("a", "b")] == ["a", "b"]
 
 
 def test_a_path_is_absolute_for_workers_and_a_module_is_unchanged(folder):
@@ -127,8 +137,8 @@ def test_the_current_folder_does_not_hide_installed_packages(folder):
     (folder / "mine.py").write_text("class MyTracker: ...")
     (folder / "colorsys.py").write_text("raise AssertionError")
     sys.modules.pop("colorsys", None)
-    device.load("mine:MyTracker")
-    device.load("mine.py:MyTracker")
+    device.load("mine:MyTracker", in_process=True)
+    device.load("mine.py:MyTracker", in_process=True)
     import colorsys
 
     assert Path(colorsys.__file__).parent != folder

@@ -37,6 +37,19 @@ def fails(tables):
     return tables["truth"]["no such\\ncolumn"]
 def leaves(tables):
     sys.exit("done")
+def ends(tables):
+    import os
+    os._exit(0)
+def lasts(tables):
+    while True:
+        pass
+def prints(tables):
+    print("hello")
+    return 1.0
+def forges(tables):
+    import gc
+    from luxloop.scenarios.result import Metric
+    return float(sum(isinstance(item, Metric) for item in gc.get_objects()))
 NUMBER = 3
 """
 
@@ -117,21 +130,35 @@ def test_functions_get_the_tables_and_cannot_change_the_run(functions):
             "own_functions:fails",
             r"own_functions:fails: .*own_functions.py, line 13: KeyError: 'no such.*column'",
         ),
+        ("own_functions:ends", "functions own_functions:ends: their process ended with exit code 0"),
+        ("own_functions:lasts", "functions own_functions:lasts: took more than 8 s"),
         ("own_functions:leaves", "own.x: own_functions:leaves: .*line 15: SystemExit: done"),
-        ("own_functions:nothing", "own.x: function = own_functions:nothing: AttributeError: .*; name a module"),
-        ("own_functions:NUMBER", "own.x: function = own_functions:NUMBER: NUMBER cannot be called"),
-        ("no_such_module:f", "own.x: function = no_such_module:f: ModuleNotFoundError"),
+        (
+            "own_functions:nothing",
+            "own.x: function = own_functions:nothing: nothing is not there in own_functions; name a function",
+        ),
+        ("own_functions:NUMBER", "own.x: function = own_functions:NUMBER: NUMBER is not callable in own_functions"),
+        ("no_such_module:f", "own.x: function = no_such_module:f: no module no_such_module on the Python path"),
         (
             "scenarios.grading.grader:f",
-            r"function = .*No module named 'scenarios.*; luxloop's module is luxloop\.scenarios\.grading\.grader now",
+            r"function = .*no module scenarios.*; luxloop's module is luxloop\.scenarios\.grading\.grader now",
         ),
     ],
 )
 def test_errors_of_functions_are_one_line(function, message, monkeypatch):
     monkeypatch.setattr(sys, "path", without_checkouts(sys.path))
+    if "lasts" in function:
+        monkeypatch.setattr(own_metrics, "LIMIT_S", 8.0)
     with pytest.raises(MetricError, match=message) as raised:
         own_metrics.grade([OwnMetric(name="own.x", function=function)], short_run.result().tables, {}, 10)
     assert "\n" not in str(raised.value)
+
+
+def test_a_function_neither_prints_on_standard_output_nor_finds_other_metrics(functions, capfd):
+    chosen = [OwnMetric(name=f"own.{name}", function=f"{functions}:{name}") for name in ("prints", "forges")]
+    found = own_metrics.grade(chosen, short_run.result().tables, short_run.result().metrics, 10)
+    assert (found["own.prints"].value, found["own.forges"].value) == (1.0, 0.0)
+    assert capfd.readouterr() == ("", "hello\n")
 
 
 METRICS = """

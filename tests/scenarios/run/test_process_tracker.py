@@ -10,7 +10,7 @@ from support import short_run
 from support.paths import EXAMPLES, ROOT
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.run import process_tracker
+from luxloop.scenarios.run import child_process
 
 ROGUE = ROOT / "tests" / "support" / "rogue_process.py"
 FAULTS = {
@@ -61,7 +61,7 @@ def sleepers():
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_broken_protocol_is_one_line_with_exit_code_4(fault, folder, capfd, monkeypatch):
     if fault == "stays":
-        monkeypatch.setattr(process_tracker, "END_S", 0.3)
+        monkeypatch.setattr(child_process, "END_S", 0.3)
     hangs = "took more than" in FAULTS[fault]
     spec = f"process:{sys.executable} {ROGUE} '{fault}'"
     command = ["run", "short.toml", "--tracker", spec, "--no-recording", "--json", "--out", "ran"]
@@ -94,13 +94,19 @@ def test_the_python_example_gives_the_tracks_of_its_class_in_the_loop(capfd):
     assert apart["metrics"]["track.hota"]["value"] > 0.1
 
 
-@pytest.mark.usefixtures("folder")
 @pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++")
-def test_the_cpp_example_gives_the_same_tracks_in_the_loop_and_by_csv(capfd):
+def test_the_cpp_example_gives_the_same_tracks_in_the_loop_and_by_csv(folder, capfd):
     source = str(EXAMPLES / "process" / "nearest.cpp")
     subprocess.run(["g++", "-O2", "-Wall", "-Wextra", "-Werror", "-o", "nearest", source], check=True)
     options = ["--no-recording", "--record-scans", "--out", "ran"]
-    live = document(capfd, "run", "short.toml", "--tracker", "process:./nearest tracks.csv", *options)
+    live = document(
+        capfd,
+        "run",
+        "short.toml",
+        "--tracker",
+        "process:./nearest $PWD/tracks.csv".replace("$PWD", str(folder)),
+        *options,
+    )
     graded = document(capfd, "grade", "ran", "--tracks", "tracks.csv")
     assert graded["trace_hash"] == live["trace_hash"]
     assert live["metrics"]["track.hota"]["value"] > 0.1

@@ -12,12 +12,13 @@ from support.optional import need
 need("search")
 
 from support import crossing_ids
+from support.named_oracles import known_to_workers  # noqa: F401
 from support.stub_trackers import Perfect
 from support.sweeps import stored
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import OutputError, StudyError
-from luxloop.scenarios.run import run_folder
+from luxloop.scenarios.run import device, run_folder
 from luxloop.scenarios.search.adversary import RUN, search
 from luxloop.scenarios.study.row_store import ROWS, RowStore, as_text
 from luxloop.scenarios.study.study_file import Study
@@ -29,6 +30,9 @@ def sound(config):
     """A tracker without the bug, for --tracker."""
     del config
     return Perfect()
+
+
+device.TRACKERS.core["sound"] = sound
 
 
 def changed(folder: Path, old: str, new: str) -> Path:
@@ -128,7 +132,7 @@ def test_the_table_has_a_row_per_evaluated_scenario_in_their_order(found_in):
 
 def test_a_sound_tracker_passes_the_search(tmp_path, capsys):
     study = changed(tmp_path, "trials = 25", "trials = 4")
-    options = ["--tracker", f"{__name__}:sound", "--out", str(tmp_path / "out"), "--workers", "1"]
+    options = ["--tracker", "sound", "--out", str(tmp_path / "out"), "--workers", "1"]
     assert main(["search", str(study), *options]) == 0
     assert "no failure in 4 runs" in capsys.readouterr().out
     assert not (tmp_path / "out" / "planted.toml").exists()
@@ -146,9 +150,12 @@ class InterruptedOnce:
         return sound(config)
 
 
+device.TRACKERS.core["interrupted-once"] = InterruptedOnce
+
+
 def test_ctrl_c_reports_the_number_of_evaluations_and_the_next_start_reuses_them(tmp_path, capfd):
     study = changed(tmp_path, "trials = 25", "trials = 4")
-    options = ["--tracker", f"{__name__}:InterruptedOnce", "--out", str(tmp_path / "out"), "--workers", "1"]
+    options = ["--tracker", "interrupted-once", "--out", str(tmp_path / "out"), "--workers", "1"]
     assert main(["search", str(study), *options]) == 130
     assert f"interrupted; 2 evaluations are in {tmp_path}/out/{ROWS}; run the same command" in capfd.readouterr().err
     assert main(["search", str(study), *options]) == 0
@@ -159,7 +166,7 @@ def test_an_undisturbed_failure_is_found_in_the_first_run(tmp_path):
     """The first run has size 0; a random start would report a larger one."""
     study = Study.load(changed(tmp_path, LIMIT, 'metric = "track.hota"\nmax = 0.5\n'))
     lines = []
-    search(study, f"{__name__}:sound", tmp_path / "out", lines.append)
+    search(study, "sound", tmp_path / "out", lines.append)
     assert lines[0] == "the undisturbed scenario fails"
     found = document(tmp_path / "out")
     assert len(found["traffic"]["actor"]) == 1
@@ -239,7 +246,7 @@ def test_the_objective_may_be_a_metric_of_one_s_own(tmp_path):
 
 def test_evaluations_with_errors_are_reused_unless_they_are_retried(tmp_path):
     study = Study.load(changed(tmp_path, "trials = 25", "trials = 4"))
-    tracker, out = f"{__name__}:sound", tmp_path / "out"
+    tracker, out = "sound", tmp_path / "out"
     assert search(study, tracker, out, print) is None
     with RowStore.opened(out) as rows:
         rows.add([as_text(row | {"error": "no memory"}) for row in list(rows.rows())[1:]])

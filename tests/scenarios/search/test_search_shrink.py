@@ -16,6 +16,7 @@ from support.stub_trackers import Forgetful
 from luxloop.scenarios.files.expect import Limit
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import paths, studies
+from luxloop.scenarios.run import device
 from luxloop.scenarios.search import adversary, reductions
 from luxloop.scenarios.search.evaluator import Evaluator
 from luxloop.scenarios.search.objective import distance, score, size
@@ -200,13 +201,16 @@ def losing(config):
     return Losing()
 
 
+device.TRACKERS.core |= {"forgetful": forgetful, "losing": losing}
+
+
 @pytest.mark.parametrize("tracker", ["forgetful", "losing"])
 def test_a_scenario_is_shortened_to_the_failing_frame_and_not_before(tracker, tmp_path):
     """If the run ended between reappearance and reacquisition, every tracker would seem to lose the car."""
     search = Search(metric="track.occlusion_survival", min=1.0)
     document = {**hidden_behind_wall(0.6, 12.0), "seed": 1, "sensor": {"footprint": [1, 1]}}
     with RowStore.opened(tmp_path / "out") as rows:
-        evaluator = Evaluator(search, tmp_path / "x.toml", f"{__name__}:{tracker}", rows)
+        evaluator = Evaluator(search, tmp_path / "x.toml", tracker, rows)
         ended = reductions.shorten(document, evaluator, print)
         assert evaluator.fails(ended)
         if tracker == "losing":  # the metric has no value per frame

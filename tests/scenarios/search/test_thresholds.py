@@ -8,6 +8,7 @@ from support.optional import need
 need("sweeps")
 
 from support import short_memory
+from support.named_oracles import known_to_workers  # noqa: F401
 from support.sweeps import stored
 
 from luxloop.scenarios.cli import main

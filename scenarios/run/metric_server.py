@@ -1,0 +1,46 @@
+"""Process of the functions of own metrics: it imports the user's code and calls it with tables of the run.
+
+The only request is pickled and comes from the judge: names and functions, the folder of their modules, and the tables,
+or None to import only. The answer is JSON: a number, None or an error by name.
+"""
+
+import json
+import os
+import pickle
+import struct
+from pathlib import Path
+from typing import Any
+
+from luxloop.scenarios.run import user_code
+
+LENGTH = struct.Struct("<I")
+"""Length of the answer [bytes]."""
+
+
+def serve() -> None:
+    """Answer the request."""
+    with os.fdopen(os.dup(0), "rb") as requests:
+        functions, folder, tables = pickle.load(requests)
+    answers = os.dup(1)
+    os.dup2(2, 1)
+    body = json.dumps({name: _answer(function, Path(folder), tables) for name, function in functions.items()}).encode()
+    with os.fdopen(answers, "wb") as out:
+        out.write(LENGTH.pack(len(body)) + body)
+
+
+def _answer(function: str, folder: Path, tables: dict[str, Any] | None) -> dict[str, Any]:
+    """Return the value of a function, or why there is none."""
+    try:
+        called = user_code.load(function, folder, "name a function")
+    except user_code.UserCodeError as error:
+        return {"not_loaded": str(error)}
+    if tables is None:
+        return {}
+    try:
+        value: Any = called({name: table.copy() for name, table in tables.items()})
+    except BaseException as error:  # all that the user's code can raise
+        return {"error": f"{user_code.place_of(error, (__file__,))}{type(error).__name__}: {error}"}
+    try:
+        return {"value": None if value is None else float(value)}
+    except Exception:
+        return {"type": type(value).__name__}

@@ -1,0 +1,100 @@
+"""Parent of a process with code of the user: ends the whole family when the judge closes the control socket or dies.
+
+It runs as a script without luxloop: `python -I -S supervisor.py CONTROL`. The first line on the control socket is the
+command as JSON; the exit code is its only answer. Orphans of the family become children of this process, also those
+in a session of their own (Linux), so that none outlives it.
+"""
+
+import ctypes
+import json
+import os
+import resource
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+SET_DEATH_SIGNAL, SET_SUBREAPER = 1, 36
+"""Options of Linux's prctl."""
+FILE_MAX = 4 << 30
+"""Largest file that the family may write [bytes]."""
+
+
+def main(control: int) -> None:
+    """Start the command, report its end, and end its family."""
+    _prctl(SET_SUBREAPER, 1)
+    wake, waker = os.pipe()
+    os.set_blocking(waker, False)
+    signal.set_wakeup_fd(waker)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    with open(control, "rb", buffering=0, closefd=False) as lines:
+        arguments = json.loads(lines.readline())
+    folder = tempfile.mkdtemp(prefix="luxloop-device-")
+    try:
+        with suppress(OSError):  # no such program: the judge reports that it has ended
+            _serve(subprocess.Popen(arguments, cwd=folder, start_new_session=True, preexec_fn=_restrict), control, wake)
+    finally:
+        _end_children()
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _serve(device: "subprocess.Popen[bytes]", control: int, wake: int) -> None:
+    """Report the end of the device, until the control socket is closed at its other end."""
+    for descriptor in (0, 1):
+        os.close(descriptor)  # those of the device are the only ones, whose end the judge notices
+    while True:
+        if control in select.select([control, wake], [], [])[0]:
+            break
+        os.read(wake, 4096)
+        with suppress(ChildProcessError):
+            while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+                if ended[0] == device.pid:
+                    os.write(control, f"{os.waitstatus_to_exitcode(ended[1])}\n".encode())
+    device.returncode = 0  # no warning that it may still be running
+    with suppress(ProcessLookupError):
+        os.killpg(device.pid, signal.SIGKILL)
+
+
+def _restrict() -> None:
+    """Limit memory and files of the device, and let it end with this process."""
+    _prctl(SET_DEATH_SIGNAL, signal.SIGKILL)
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    for kind, most in ((resource.RLIMIT_DATA, memory), (resource.RLIMIT_FSIZE, FILE_MAX), (resource.RLIMIT_CORE, 0)):
+        hard = resource.getrlimit(kind)[1]
+        least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (least, least))
+
+
+def _prctl(option: int, value: int) -> None:
+    with suppress(OSError, AttributeError):  # another system than Linux
+        ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
+
+
+def _end_children() -> None:
+    """Kill all children, and those that their end makes to children, until none is left."""
+    while True:
+        for child in _children():
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(child, signal.SIGKILL)
+        try:
+            os.waitpid(-1, 0)
+        except ChildProcessError:
+            return
+
+
+def _children() -> list[int]:
+    """Return the children of this process that are known to /proc."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # ended meanwhile
+            if int(stat.read_bytes().rpartition(b")")[2].split()[1]) == os.getpid():
+                found.append(int(stat.parent.name))
+    return found
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))
