@@ -15,7 +15,7 @@ from luxloop.scenarios.oracle.stage import Stage
 
 if TYPE_CHECKING:
     from luxloop.scenarios.compare.comparison import Comparison
-    from luxloop.scenarios.exchange.paired_frames import BoxLimits
+    from luxloop.scenarios.exchange.paired_frames import BoxLimits, FrameMatching
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.files.shipped import Entry
     from luxloop.scenarios.result import Result
@@ -233,6 +233,7 @@ def grade_boxes(
     formats: tuple[str | None, str | None] = (None, None),
     classes: Sequence[str] = (),
     limits: "BoxLimits | None" = None,
+    matching: "FrameMatching | None" = None,
 ) -> "Result":
     """Grade a file of tracks against a file of true boxes.
 
@@ -246,6 +247,8 @@ def grade_boxes(
         Classes of the truth to grade; all if left out.
     limits
         Limits of the metrics.
+    matching
+        Which frames of the two files are the same.
 
     Raises
     ------
@@ -255,7 +258,7 @@ def grade_boxes(
     from luxloop.scenarios.exchange import graded_boxes
     from luxloop.scenarios.exchange.paired_frames import BoxLimits
 
-    return graded_boxes.grade(Path(truth), Path(tracks), formats, tuple(classes), limits or BoxLimits())
+    return graded_boxes.grade(Path(truth), Path(tracks), formats, tuple(classes), limits or BoxLimits(), matching)
 
 
 def compare(base: Runs, head: Runs, *, loss: float = STATED_LOSS) -> "Comparison":

@@ -9,11 +9,11 @@ import typer
 from luxloop.scenarios.commands.arguments import finite, require_of
 
 if TYPE_CHECKING:
-    from luxloop.scenarios.exchange.paired_frames import BoxLimits
+    from luxloop.scenarios.exchange.paired_frames import BoxLimits, FrameMatching
 
 FORMAT_HELP = "Its format: {read_boxes}; recognised if left out."
-HIT_IOU_MIN, GOSPA_CUTOFF_M = 0.5, 2.0
-"""Defaults of `luxloop.scenarios.exchange.paired_frames.BoxLimits`, whose import is slower than the help."""
+HIT_IOU_MIN, GOSPA_CUTOFF_M, TIME_TOLERANCE_S = 0.5, 2.0, 1e-3
+"""Defaults of `luxloop.scenarios.exchange.paired_frames`, whose import is slower than the help."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,26 @@ class BoxFiles:
         int | None,
         typer.Option(metavar="LEVEL", help="Leave out true boxes of a higher occlusion of KITTI; only with --truth."),
     ] = None
+
+    time_tolerance: Annotated[
+        float,
+        typer.Option(metavar="S", min=0.0, callback=finite, help="Times of one frame differ by less; with --truth."),
+    ] = TIME_TOLERANCE_S
+    time_offset: Annotated[
+        float, typer.Option(metavar="S", callback=finite, help="Added to the times of the tracks; only with --truth.")
+    ] = 0.0
+    frame_offset: Annotated[
+        int, typer.Option(metavar="N", help="Added to the numbers of frames of the tracks; only with --truth.")
+    ] = 0
+    common_frames: Annotated[
+        bool, typer.Option("--common-frames", help="Grade only frames of both files; only with --truth.")
+    ] = False
+
+    def matching(self) -> "FrameMatching":
+        """Return which frames of the files are the same."""
+        from luxloop.scenarios.exchange.paired_frames import FrameMatching
+
+        return FrameMatching(self.time_tolerance, self.time_offset, self.frame_offset, self.common_frames)
 
     def limits(self) -> "BoxLimits":
         """Return the limits; an InputError names the first that is out of its range."""
@@ -107,7 +127,10 @@ def grade_files(tracks: Path | None, files: BoxFiles, out: Path | None, as_json:
     document, printed = {}, []
     if tracks:
         formats = (known, _format("--tracks-format", files.tracks_format, tracks))
-        result = interface.grade_boxes(truth, tracks, formats=formats, classes=classes, limits=limits)
+        matching = files.matching()
+        result = interface.grade_boxes(
+            truth, tracks, formats=formats, classes=classes, limits=limits, matching=matching
+        )
         document, printed = graded_boxes.document(result), [file_document(result)]
         if out:
             result.save(out)

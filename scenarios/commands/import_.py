@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from luxloop.scenarios.recordings.ego_mount import EgoMount
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
     from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut
+    from luxloop.scenarios.recordings.sweep import RecordingSource
     from luxloop.sensor_model.rig.rig import Rig
 
 
@@ -54,8 +55,9 @@ class Sources:
     truth: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="TOPIC=L,W[,X,Y[,H]]",
-            help="True poses of a vehicle, its box, and the box's centre in their frame [m].",
+            metavar="FILE|TOPIC=L,W[,X,Y[,H]]",
+            help="File of true boxes, as for luxloop grade; or topic of the true poses of a vehicle, its box, and the "
+            "box's centre in their frame [m].",
         ),
     ] = None
     sweep_time: Annotated[
@@ -71,6 +73,9 @@ class Sources:
         Clock,
         typer.Option(help="Times of ROS messages: their stamps, or those of logging if clocks differ."),
     ] = Clock.STAMP
+    scene: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Scene, sequence or log of a data set that has several.")
+    ] = None
     metadata: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Metadata of an Ouster sensor (JSON), if not beside the capture."),
@@ -129,7 +134,7 @@ def import_(
     cut: Cut = NO_CUT,
     scale: Scale = NO_SCALE,
 ) -> None:
-    """Make recorded scans of a recording: ROS bags, MCAP, PCD, KITTI .bin, Ouster captures, LUX streams."""
+    """Make recorded scans of a recording: ROS bags, MCAP, PCD, Ouster, LUX, nuScenes, Argoverse 2, KITTI, Parquet."""
     from luxloop.scenarios.recordings.formats.format_choice import format_of, open_recording
     from luxloop.scenarios.recordings.import_options import ImportOptions, TruthOption
     from luxloop.scenarios.recordings.import_recording import import_recording
@@ -137,20 +142,22 @@ def import_(
 
     chosen = format_of(files, format_name)
     require_of("import", chosen)
-    rig_model, mounts = _mounts(mounting.rig, mounting.mount or [])
+    source = open_recording(files, chosen, _read_options(sources))
+    rig_model, mounts = _mounts(mounting.rig, mounting.mount or [], source)
+    truth_files = [Path(text) for text in sources.truth or [] if Path(text).exists()]
     options = ImportOptions(
         mounts=tuple(mounts),
         level=mounting.level,
         cut=_cut(cut),
         odometry=sources.odometry,
-        truth=tuple(TruthOption.parse(text) for text in sources.truth or []),
+        truth=tuple(TruthOption.parse(text) for text in sources.truth or [] if Path(text) not in truth_files),
+        truth_files=tuple(truth_files),
         heights_m=interval("--keep-heights", cut.keep_heights) if cut.keep_heights else None,
         sweep_time_s=sources.sweep_time,
         scale_length=scale.scale_length,
         scale_time=scale.scale_time,
         files=tuple(path.name for path in files),
     )
-    source = open_recording(files, chosen, _read_options(sources))
     found = import_recording(source, options, out, rig_model)
     print(
         f"{found.frames} scans of {found.duration_s:.1f} s, {found.points} points in {found.layers} layers, "
@@ -168,13 +175,18 @@ def _read_options(sources: Sources) -> "ReadOptions":
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
 
     by_log = sources.time == Clock.LOG
-    return ReadOptions(tuple(sources.topic or []), sources.rate, sources.metadata, by_log)
+    return ReadOptions(tuple(sources.topic or []), sources.rate, sources.metadata, by_log, sources.scene)
 
 
-def _mounts(rig: str | None, mounts: list[str]) -> "tuple[Rig | None, list[EgoMount]]":
+def _mounts(
+    rig: str | None, mounts: list[str], source: "RecordingSource"
+) -> "tuple[Rig | None, tuple[EgoMount, ...] | list[EgoMount]]":
     from luxloop.scenarios.errors import InputError
     from luxloop.scenarios.recordings import ego_mount
+    from luxloop.scenarios.recordings.sweep import DataSet
 
+    if not rig and not mounts and isinstance(source, DataSet) and source.mounts:
+        return None, source.mounts
     if bool(rig) == bool(mounts):
         raise InputError("give the places of the LIDARs on the ego: either --rig FILE, or --mount X,Y,Z for each")
     if rig:

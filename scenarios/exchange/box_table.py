@@ -40,6 +40,8 @@ class BoxTable:
     """(N,) time [s]."""
     sample: Texts | None = None
     """(N,) name of the sample (keyframe)."""
+    scene: Texts | None = None
+    """(N,) name of the scene or sequence, each with frames and ids of its own; None for one."""
     scene_of: Mapping[str, str] = field(default_factory=dict)
     """Scene of every sample, in the order of time; samples without boxes are in it, too."""
     velocity: Floats | None = None
@@ -62,13 +64,28 @@ class BoxTable:
 
     def select(self, rows: Bools | Ints) -> "BoxTable":
         """Return the boxes of a mask (N,), or of row numbers in their order."""
-        columns = (
-            "id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "occluded",
-            "kind",
-        )  # fmt: skip
-        values: dict[str, Any] = {name: getattr(self, name) for name in columns}
+        values: dict[str, Any] = {name: getattr(self, name) for name in (*COLUMNS, "scene")}
         kept: dict[str, Any] = {name: None if column is None else column[rows] for name, column in values.items()}
         return replace(self, **kept)
+
+
+COLUMNS = (
+    "id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "occluded", "kind",
+)  # fmt: skip
+"""Columns of a table without its scene."""
+
+
+def joined(source: Path, tables: Mapping[str, BoxTable]) -> BoxTable:
+    """Return the boxes of several scenes by their names; columns that one of them lacks are left out."""
+    parts = list(tables.values())
+    columns: dict[str, Any] = {
+        name: None
+        if any(getattr(part, name) is None for part in parts)
+        else np.concatenate([getattr(part, name) for part in parts])
+        for name in COLUMNS
+    }
+    scene = np.concatenate([np.full(len(part), name) for name, part in tables.items()])
+    return replace(parts[0], source=source, scene=scene, **columns)
 
 
 def checked(table: BoxTable, place: Callable[[int], str]) -> BoxTable:
@@ -153,7 +170,8 @@ def _require(
 def _refuse_duplicates(table: BoxTable, place: Callable[[int], str]) -> None:
     keys = {name: getattr(table, name) for name in ("sample", "frame", "time_s") if getattr(table, name) is not None}
     name, when = next(iter(keys.items()))
-    again = pd.DataFrame({"when": when, "id": table.id}).duplicated().to_numpy(np.bool_)
+    scene = "" if table.scene is None else table.scene
+    again = pd.DataFrame({"scene": scene, "when": when, "id": table.id}).duplicated().to_numpy(np.bool_)
     if again.any():
         row = int(np.argmax(again))
         raise TracksError(

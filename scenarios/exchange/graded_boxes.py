@@ -6,30 +6,39 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from luxloop.scenarios.exchange.box_table import BoxTable
 from luxloop.scenarios.exchange.file_formats import read
 from luxloop.scenarios.exchange.file_tables import tables_of
 from luxloop.scenarios.exchange.paired_frames import (
     BoxLimits,
+    FrameMatching,
     FramePairs,
     about_the_ego,
     in_common_axes,
     of_classes,
     pair_frames,
     require_common_frames,
+    unpaired,
 )
 from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.metrics import of_files
 from luxloop.scenarios.metrics.definition import filtered
-from luxloop.scenarios.report.file_document import BANDED, bands
+from luxloop.scenarios.report.file_document import BANDED, HEADLINES, bands
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import versions
 from luxloop.scenarios.run.run_folder import metric_document
 
 
 def grade(
-    truth: Path, tracks: Path, formats: tuple[str | None, str | None], classes: tuple[str, ...], limits: BoxLimits
+    truth: Path,
+    tracks: Path,
+    formats: tuple[str | None, str | None],
+    classes: tuple[str, ...],
+    limits: BoxLimits,
+    matching: FrameMatching | None = None,
 ) -> Result:
     """Read both files and grade the tracks.
 
@@ -42,12 +51,26 @@ def grade(
     if limits.range_max_m is not None:
         found = [about_the_ego(of_file) for of_file in found]
     tables = in_common_axes(found[0], found[1])
-    warnings = _warnings(*tables, bool(classes))
+    matching = matching or FrameMatching()
+    alone = unpaired(pair_frames(*tables, matching), matching)
+    warnings = (*_warnings(*tables, bool(classes)), *([alone] if alone else []))
     if classes:
         tables = of_classes(*tables, list(classes))
-    pairs = pair_frames(*tables)
+    pairs = pair_frames(*tables, matching)
     require_common_frames(pairs)
-    return _result(pairs, limits, classes, warnings)
+    result = _result(pairs, limits, classes, warnings)
+    result.config["files"] |= {"frames": asdict(matching), "scenes": _of_scenes(*tables, limits, matching)}
+    return result
+
+
+def _of_scenes(truth: BoxTable, tracks: BoxTable, limits: BoxLimits, matching: FrameMatching) -> dict[str, Any]:
+    """Return the main figures of each scene by its name; none for files without scenes."""
+    found: dict[str, Any] = {}
+    for scene in [] if truth.scene is None or tracks.scene is None else np.unique(truth.scene).tolist():
+        parts = (truth.select(truth.scene == scene), tracks.select(tracks.scene == scene))
+        metrics = _result(pair_frames(*parts, matching), limits, (), ()).metrics
+        found[scene] = {name: metrics[name].value for name in HEADLINES}
+    return found
 
 
 def document(result: Result) -> dict[str, Any]:
@@ -61,6 +84,8 @@ def document(result: Result) -> dict[str, Any]:
         "true_boxes": len(metrics.run.vehicle),
         "track_boxes": len(metrics.run.clear.tracks),
         "limits": files["limits"],
+        "frame_matching": files["frames"],
+        "scenes": files["scenes"],
         "classes": files["classes"],
         "warnings": list(result.warnings),
         "metrics": {name: metric_document(metric) for name, metric in {**metrics, **by_band}.items()},

@@ -114,7 +114,21 @@ class FramePairs(NamedTuple):
         return bool({self.truth.axes, self.tracks.axes} & set(EGO_AXES))
 
 
-def pair_frames(truth: BoxTable, tracks: BoxTable) -> FramePairs:
+@dataclass(frozen=True, slots=True)
+class FrameMatching:
+    """Which frames of the two files are the same."""
+
+    tolerance_s: float = TIME_TOLERANCE_S
+    """Times of one frame differ by at most this [s]."""
+    offset_s: float = 0.0
+    """Added to the times of the tracks [s]."""
+    offset: int = 0
+    """Added to the numbers of the frames of the tracks."""
+    common: bool = False
+    """Grade only frames in which both files have boxes, where one has every n-th frame."""
+
+
+def pair_frames(truth: BoxTable, tracks: BoxTable, matching: FrameMatching | None = None) -> FramePairs:
     """Number the frames of two files by the first of sample, frame and time that both have.
 
     Raises
@@ -122,7 +136,13 @@ def pair_frames(truth: BoxTable, tracks: BoxTable) -> FramePairs:
     TracksError
         There is none, or a sample of the tracks is unknown to the truth.
     """
-    frames = _frames(truth, tracks)
+    matching = matching or FrameMatching()
+    frames = _frames(truth, tracks, matching)
+    if matching.common:
+        both = np.intersect1d(*frames)
+        kept = [np.isin(frame, both) for frame in frames]
+        truth, tracks = truth.select(kept[0]), tracks.select(kept[1])
+        frames = (np.searchsorted(both, frames[0][kept[0]]), np.searchsorted(both, frames[1][kept[1]]))
     order = [np.argsort(frame, kind="stable") for frame in frames]
     tables = [table.select(rows) for table, rows in zip((truth, tracks), order, strict=True)]
     truth_frame, track_frame = (frame[rows] for frame, rows in zip(frames, order, strict=True))
@@ -132,6 +152,37 @@ def pair_frames(truth: BoxTable, tracks: BoxTable) -> FramePairs:
     return FramePairs(tables[0], tables[1], truth_frame, track_frame, ids[0], ids[1], count)
 
 
+UNPAIRED_MAX = 0.05
+"""Fraction of the frames of a file without a box of the other, above which a warning says so."""
+
+
+def unpaired(pairs: FramePairs, matching: FrameMatching) -> str:
+    """Return a line on frames with boxes of one file only, if they are many; empty otherwise."""
+    frames = [np.unique(frame) for frame in (pairs.truth_frame, pairs.track_frame)]
+    alone = [len(np.setdiff1d(one, other)) for one, other in (frames, frames[::-1])]
+    if _from_one(pairs, matching.offset):
+        return "the tracks end one frame after the truth; if their numbers start from 1, give --frame-offset -1"
+    if (
+        matching.common
+        or not all(map(len, frames))
+        or all(few <= UNPAIRED_MAX * len(each) for few, each in zip(alone, frames, strict=True))
+    ):
+        return ""
+    return (
+        f"{alone[0]} of {len(frames[0])} frames with true boxes have no tracks, {alone[1]} of {len(frames[1])} with "
+        "tracks no true boxes; for other clocks and rates: --time-offset, --time-tolerance, --frame-offset, "
+        "--common-frames"
+    )
+
+
+def _from_one(pairs: FramePairs, offset: int) -> bool:
+    """Return True if the numbers of the frames of the tracks are those of the truth plus 1, as far as ends show it."""
+    truth, tracks = pairs.truth.frame, pairs.tracks.frame
+    if truth is None or tracks is None or not len(truth) or not len(tracks) or pairs.truth.sample is not None:
+        return False
+    return bool(truth.min() == 0 and tracks.min() + offset >= 1 and tracks.max() + offset == truth.max() + 1)
+
+
 def require_common_frames(pairs: FramePairs) -> None:
     """Raise a TracksError if both files have boxes, but in no frame both of them."""
     truth, tracks = pairs.truth, pairs.tracks
@@ -139,15 +190,32 @@ def require_common_frames(pairs: FramePairs) -> None:
         raise TracksError(f"{tracks.source}: has no frame in common with {truth.source}; give tracks of the same scans")
 
 
-def _frames(truth: BoxTable, tracks: BoxTable) -> tuple[Ints, Ints]:
+def _frames(truth: BoxTable, tracks: BoxTable, matching: FrameMatching) -> tuple[Ints, Ints]:
     if truth.sample is not None and tracks.sample is not None:
         return _by_sample(truth, tracks)
+    by_frame = truth.frame is not None and tracks.frame is not None
+    if not by_frame and (truth.time_s is None or tracks.time_s is None):
+        there, here = (_keys(table) for table in (truth, tracks))
+        raise TracksError(f"{tracks.source}: has {here}, but {truth.source} has {there}; give both files the same")
+    if (truth.scene is None) != (tracks.scene is None):
+        raise TracksError(f"{tracks.source}: only one file has scenes; give both files the same")
     if truth.frame is not None and tracks.frame is not None:
-        return _renumbered(truth.frame, tracks.frame)
-    if truth.time_s is not None and tracks.time_s is not None:
-        return _by_time(truth.time_s, tracks.time_s)
-    there, here = (_keys(table) for table in (truth, tracks))
-    raise TracksError(f"{tracks.source}: has {here}, but {truth.source} has {there}; give both files the same")
+        keys = (truth.frame, tracks.frame + matching.offset)
+    else:
+        assert truth.time_s is not None
+        assert tracks.time_s is not None
+        keys = _by_time(truth.time_s, tracks.time_s + matching.offset_s, matching.tolerance_s)
+    return _renumbered(*(keys if truth.scene is None or tracks.scene is None else _in_scenes(truth, tracks, keys)))
+
+
+def _in_scenes(truth: BoxTable, tracks: BoxTable, keys: tuple[Ints, Ints]) -> tuple[Ints, Ints]:
+    """Return numbers of frames that differ from scene to scene and are in the order of the scenes."""
+    assert truth.scene is not None
+    assert tracks.scene is not None
+    scene = np.unique(np.concatenate([truth.scene, tracks.scene]), return_inverse=True)[1].reshape(-1)
+    pairs = np.column_stack([scene, np.concatenate(keys)])
+    number = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1)
+    return number[: len(truth)], number[len(truth) :]
 
 
 def _keys(table: BoxTable) -> str:
@@ -171,15 +239,38 @@ def _renumbered(truth: npt.NDArray[np.int64], tracks: npt.NDArray[np.int64]) -> 
     return np.searchsorted(values, truth), np.searchsorted(values, tracks)
 
 
-def _by_time(truth: Floats, tracks: Floats) -> tuple[Ints, Ints]:
-    """Times closer than the tolerance are one frame."""
-    values = np.unique(np.concatenate([truth, tracks]))
-    number = np.concatenate([[0], np.cumsum(np.diff(values) > TIME_TOLERANCE_S)]).astype(np.int64)
-    return number[np.searchsorted(values, truth)], number[np.searchsorted(values, tracks)]
+def _by_time(truth: Floats, tracks: Floats, tolerance_s: float) -> tuple[Ints, Ints]:
+    """Return numbers of frames: times that are nearest to each other, and not farther than the tolerance, are one."""
+    (known, true), (other, tracked) = (_frames_of(times) for times in (truth, tracks))
+    if not len(known) or not len(other):
+        return true, tracked
+    nearest, back = _nearest(known, other), _nearest(other, known)
+    same = (np.abs(known[nearest] - other) <= tolerance_s) & (back[nearest] == np.arange(len(other)))
+    value = np.where(same, known[nearest], other)
+    every = np.unique(np.concatenate([known, value]))
+    return np.searchsorted(every, known)[true], np.searchsorted(every, value)[tracked]
+
+
+def _frames_of(times: Floats) -> tuple[Floats, Ints]:
+    """Return the first time of each frame of a file (F,), and the frame of each row (N,)."""
+    values, row = np.unique(times, return_inverse=True)
+    starts = np.concatenate([[True], np.diff(values) > TIME_TOLERANCE_S])[: len(values)]
+    return values[starts], (np.cumsum(starts) - 1)[row.reshape(-1)]
+
+
+def _nearest(known: Floats, wanted: Floats) -> Ints:
+    """(W,) index of the known time, of which there are some in rising order, nearest to each wanted one."""
+    after = np.searchsorted(known, wanted).clip(1, max(len(known) - 1, 1))
+    after = np.minimum(after, len(known) - 1)
+    before = np.maximum(after - 1, 0)
+    found: Ints = np.where(np.abs(known[before] - wanted) <= np.abs(known[after] - wanted), before, after)
+    return found
 
 
 def _scene_ids(table: BoxTable, truth: BoxTable) -> npt.NDArray[np.str_]:
     """(N,) ids with the scene before them, because ids need not be unique over scenes."""
+    if table.scene is not None:
+        return np.array([f"{scene} {name}" for scene, name in zip(table.scene, table.id, strict=True)], np.str_)
     if table.sample is None or not truth.scene_of:
         return table.id
     scenes = [truth.scene_of.get(sample, "") for sample in table.sample.tolist()]

@@ -1,4 +1,4 @@
-"""Format `parquet`: boxes in a Parquet file."""
+"""Format `parquet`: boxes in a Parquet file, and recorded scans with the columns of data sets."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -7,8 +7,10 @@ from luxloop.scenarios.exchange.file_formats import Role
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+    from luxloop.scenarios.recordings.sweep import DataSet
 
-BOX_SUFFIXES = (".parquet",)
+BOX_SUFFIXES = RECORDING_SUFFIXES = (".parquet",)
 
 
 def shows_boxes(_path: Path, head: bytes) -> bool:
@@ -21,3 +23,10 @@ def read_boxes(path: Path, _role: Role) -> "list[BoxTable]":
     from luxloop.scenarios.exchange import tabular_boxes
 
     return tabular_boxes.read(path, parquet=True)
+
+
+def open_recording(paths: list[Path], _options: "ReadOptions") -> "DataSet":
+    """Open a file of points. See `RecordingFormat`."""
+    from luxloop.scenarios.recordings.formats import parquet_scans
+
+    return parquet_scans.open_recording(paths)

@@ -15,7 +15,7 @@ from luxloop.scenarios.offline.track_file import numbers, read_table, require
 AXES = (ANY_AXES, "odom", "world", "ego")
 """Frames of reference in names of columns: `x_m`, `x_odom_m`, `x_world_m`, `x_ego_m`."""
 IDS = ("track_id", "actor_id", "id")
-KINDS = ("class", "kind")
+KINDS, SCENES = ("class", "kind"), ("scene", "sequence")
 FRAME, POINTS = Column("frame", np.int64, "", ""), Column("points", np.int64, "", "")
 CONFIRMED = "confirmed"
 """Only rows with this `status` are reported, where there is such a column."""
@@ -83,6 +83,7 @@ def _table(path: Path, table: pd.DataFrame, position: Position) -> BoxTable:
         boxes=boxes.reshape(-1, len(names)),
         frame=frame,
         time_s=time_s,
+        scene=_texts(path, table, SCENES) if any(name in table for name in SCENES) else None,
         velocity=_velocity(path, table, position.axes),
         z_m=_floats(path, table, "z_m") if "z_m" in table else None,
         height_m=_floats(path, table, "height_m") if "height_m" in table else None,

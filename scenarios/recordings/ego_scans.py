@@ -55,6 +55,8 @@ class EgoScans:
         self._rings: dict[int, Rings] = {}
         self._first_pose: Floats | None = None
         self.skipped = Skipped()
+        self.time_of: dict[int, float] = {}
+        """Scaled time of each scan on the clock of the recording [s], by the number of its sweep of the first LIDAR."""
         self._without_pose_s: list[float] = []
 
     @property
@@ -78,7 +80,7 @@ class EgoScans:
     def of(self, sweeps: Iterable[Sweep]) -> Iterator[tuple[float, Scan]]:
         """Yield the scaled time on the recording's clock [s], and the scan, whose own time starts from 0."""
         start = None
-        for group in self._groups(sweeps):
+        for number, group in enumerate(self._groups(sweeps)):
             group = [self._timed(sweep) for sweep in group]
             parts = [self._placed(sweep) for sweep in group]
             first = group[0]
@@ -94,6 +96,7 @@ class EgoScans:
                 self.skipped.empty += 1
             else:
                 start = (time if start is None else start[0], time)
+                self.time_of[number] = time
                 yield time, self._scan(time - start[0], middle, pose, parts)
 
     def _groups(self, sweeps: Iterable[Sweep]) -> Iterator[list[Sweep]]:

@@ -1,6 +1,7 @@
 """Options of an import: mounts, layer cut, poses and scale."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -42,7 +43,8 @@ class TruthOption:
             numbers = []
         if not topic or len(numbers) not in (2, 4, 5) or not np.isfinite(numbers).all() or min(numbers[:2]) <= 0.0:
             raise InputError(
-                f"--truth {text}: should be TOPIC=LENGTH,WIDTH or TOPIC=LENGTH,WIDTH,X,Y[,HEIGHT] in metres"
+                f"--truth {text}: should be an existing file of true boxes, or TOPIC=LENGTH,WIDTH[,X,Y[,HEIGHT]] in "
+                "metres"
             )
         return cls(topic, *numbers)
 
@@ -78,6 +80,8 @@ class ImportOptions:
     """Topic of the ego's poses; None for an ego that stands."""
     truth: tuple[TruthOption, ...] = ()
     """Vehicles with recorded poses."""
+    truth_files: tuple[Path, ...] = ()
+    """Files of true boxes, of any format that is graded; they replace the boxes of a data set."""
     heights_m: tuple[float, float] | None = None
     """Lowest and highest height above the ground to keep [m]; None keeps all."""
     sweep_time_s: float | None = None

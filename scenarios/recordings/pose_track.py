@@ -37,9 +37,17 @@ class PoseTrack:
     ----------
     rows
         (M, 4) time [s], x [m], y [m], yaw [rad], in any order; of poses with equal times, the first counts.
+    gap_s, hold_s
+        Longest interval between two poses that is interpolated, and how long the first and the last pose hold before
+        and after their times [s].
+    window_s
+        Half width of the window of the derivatives [s].
     """
 
-    def __init__(self, rows: Floats) -> None:
+    def __init__(
+        self, rows: Floats, gap_s: float = GAP_S, hold_s: float = 0.5 * GAP_S, window_s: float = WINDOW_S
+    ) -> None:
+        self._gap_s, self._hold_s, self._window_s = gap_s, hold_s, window_s
         kept = rows[np.isfinite(rows).all(axis=1)]
         _, first = np.unique(kept[:, 0], return_index=True)
         kept = kept[first]
@@ -55,17 +63,14 @@ class PoseTrack:
         return (float(self._time[0]), float(self._time[-1])) if len(self) else (math.nan, math.nan)
 
     def at(self, time: float) -> Floats | None:
-        """Return the pose (3,) at a time [s] by linear interpolation, or None in a gap.
-
-        Before the first and after the last pose, that pose holds for half of `GAP_S`.
-        """
+        """Return the pose (3,) at a time [s] by linear interpolation, or None in a gap."""
         if not len(self):
             return None
         after = int(np.searchsorted(self._time, time))
-        if 0 < after < len(self):
-            near = self._time[after] - self._time[after - 1] <= GAP_S
+        if 0 < after < len(self) and self._time[after] != time:
+            near = self._time[after] - self._time[after - 1] <= self._gap_s
         else:
-            near = abs(self._time[min(after, len(self) - 1)] - time) <= 0.5 * GAP_S
+            near = abs(self._time[min(after, len(self) - 1)] - time) <= self._hold_s
         if not near:
             return None
         return np.array([np.interp(time, self._time, column) for column in self._values.T])
@@ -74,12 +79,12 @@ class PoseTrack:
         """Return the motion at a time [s], or None in a gap.
 
         Position and yaw are interpolated. Derivatives are those of the least-squares parabola through the poses within
-        `WINDOW_S`; with fewer than `LEAST_POSES` of them the body stands still.
+        the window; with fewer than `LEAST_POSES` of them the body stands still.
         """
         pose = self.at(time)
         if pose is None:
             return None
-        low, high = np.searchsorted(self._time, [time - WINDOW_S, time + WINDOW_S])
+        low, high = np.searchsorted(self._time, [time - self._window_s, time + self._window_s])
         if high - low < LEAST_POSES:
             return Motion(pose, np.zeros(2), np.zeros(2), 0.0)
         t = self._time[low:high] - time

@@ -89,8 +89,8 @@ class RecordingWriter:
         self._tables = open_tables(folder, self._files)
         self.frames = 0
 
-    def add(self, scan: Scan, labels: Values | None) -> None:
-        """Add the next scan and the labels of its vehicles (`RecordedLabels.rows`), None without labels."""
+    def add(self, scan: Scan) -> None:
+        """Add the next scan."""
         pose = dict(zip(("odom_x_m", "odom_y_m", "odom_yaw_rad"), scan.ego_pose_odom, strict=True))
         row = {"frame": self.frames, "time_s": scan.time, **pose, "points": len(scan)}
         self._tables["scans"].add({name: np.array([value]) for name, value in row.items()})
@@ -106,9 +106,11 @@ class RecordingWriter:
                 "flags": scan.flags,
             }
         )
-        if labels is not None:
-            self._tables["labels"].add(labels)
         self.frames += 1
+
+    def label(self, labels: Values) -> None:
+        """Add the labels of the vehicles of the next scan without labels (`RecordedLabels.rows`)."""
+        self._tables["labels"].add(labels)
 
     def finish(self, summary: dict[str, Any], text: str) -> None:
         """Write the remaining frames, the summary, and the README with a `text` on the origin."""

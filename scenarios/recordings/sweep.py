@@ -1,13 +1,19 @@
 """Contents of a recording, in its own units: sweeps of LIDARs, and poses of bodies."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.errors import InputError
+
+if TYPE_CHECKING:
+    from luxloop.scenarios.exchange.box_table import BoxTable
+    from luxloop.scenarios.recordings.ego_mount import EgoMount
 
 Bytes = npt.NDArray[np.uint8]
 
@@ -74,3 +80,35 @@ class RecordingSource(Protocol):
             The recording has no such poses.
         """
         ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DataSet:
+    """Sweeps of a data set, which also has the poses of its ego and may have mounts and true boxes."""
+
+    path: Path
+    """Its file or folder."""
+    frames: Ints
+    """(F,) numbers of the frames by which true boxes name them, rising."""
+    read: Callable[[int], list[Sweep]]
+    """Reader of the sweeps of the frame in a row of `frames`, one for each LIDAR in the order of the mounts."""
+    ego: PoseList
+    """Poses of the ego."""
+    mounts: "tuple[EgoMount, ...]" = ()
+    """Mount of each LIDAR; empty if the data set does not have them."""
+    truth: "Callable[[], list[BoxTable]] | None" = None
+    """Reader of the true boxes, once for each frame of reference; None without any."""
+
+    @property
+    def count(self) -> int | None:
+        """Number of frames, which are sweeps if there is one LIDAR."""
+        return len(self.frames)
+
+    def sweeps(self) -> Iterator[Sweep]:
+        """Yield the sweeps in order."""
+        for row in range(len(self.frames)):
+            yield from self.read(row)
+
+    def poses(self, name: str) -> PoseList:
+        """Raise an InputError: the data set has the poses of its ego only."""
+        raise InputError(f"{self.path}: {name}: a data set has no topics; its own poses are read without --odometry")

@@ -1,6 +1,6 @@
 """Grading of tracks in a file against true boxes as a document: the printed report, and with figures its page."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from luxloop.scenarios.document.document import Answer, Block, Document, Facts, Paragraph, Section
@@ -50,6 +50,7 @@ def file_document(result: Result, figures: Sequence[Figure] = ()) -> Document:
     sections = [
         Section("tracks", "Tracks", [*more, *tables(result)]),
         Section("bands", "By class and range", by_band(result)),
+        Section("scenes", "By scene", by_scene(files.get("scenes") or {})),
         Section("missing", "Metrics without a value", missing),
         Section("limits", "Limits", [grading_limits(files["limits"])]),
     ]
@@ -102,6 +103,14 @@ def by_band(result: Result) -> list[Block]:
         metrics = [result.metrics.where(name, **band) for name in BANDED]
         table.add_row(band_label(band), *map(value_of, metrics), str(metrics[0].n))
     return [table]
+
+
+def by_scene(scenes: Mapping[str, Mapping[str, float | None]]) -> list[Block]:
+    """Return the table of the main figures by scene; none for files without scenes."""
+    table = table_of("By scene", "", *HEADLINES.values())
+    for scene, figures in scenes.items():
+        table.add_row(scene, *("-" if value is None else f"{value:.3g}" for value in figures.values()))
+    return [table] if scenes else []
 
 
 def without_value(result: Result) -> list[Block]:

@@ -8,8 +8,11 @@ from luxloop.scenarios.exchange.file_formats import Role, first_line
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
     from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+    from luxloop.scenarios.recordings.sweep import DataSet
 
 BOX_SUFFIXES = (".txt",)
+RECORDING_SUFFIXES = ()
 FIELDS = 17
 """Fields of a line of labels; results have a score as well."""
 
@@ -29,7 +32,15 @@ def read_boxes(path: Path, role: Role) -> "list[BoxTable]":
     """Return the boxes of a sequence. See `BoxFormat`."""
     from luxloop.scenarios.exchange.kitti import kitti_labels
 
-    return [kitti_labels.read(kitti_labels.sequence(path, role) if path.is_dir() else path)]
+    return [kitti_labels.read_folder(path, role) if path.is_dir() else kitti_labels.read(path)]
+
+
+def open_recording(paths: list[Path], options: "ReadOptions") -> "DataSet":
+    """Open a sequence with its sweeps. See `RecordingFormat`."""
+    from luxloop.scenarios.exchange.kitti import kitti_drive
+    from luxloop.scenarios.recordings.formats.format_choice import only_folder
+
+    return kitti_drive.open_recording(only_folder(paths), options.scene, options.rate_hz)
 
 
 def export(run: "RecordedRun", folder: Path) -> None:

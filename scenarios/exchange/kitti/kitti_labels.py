@@ -14,7 +14,7 @@ import numpy as np
 
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.exchange.box_table import BoxTable, checked, lower_classes
+from luxloop.scenarios.exchange.box_table import BoxTable, checked, joined, lower_classes
 from luxloop.scenarios.exchange.file_formats import Role
 
 LABELS = ("training/label_02", "label_02", ".")
@@ -30,22 +30,32 @@ def is_kitti(folder: Path) -> bool:
     return any(_sequences(folder / place) for place in (*LABELS, RESULTS))
 
 
-def sequence(folder: Path, role: Role) -> Path:
-    """Return the file of labels, or of the results for tracks.
+def sequences(folder: Path, role: Role) -> list[Path]:
+    """Return the files of labels, or of the results for tracks, one for each sequence.
 
     Raises
     ------
     TracksError
-        The folder has none, or several sequences.
+        The folder has none.
     """
     places = LABELS if role == "truth" else (RESULTS, ".")
     found = next((files for place in places if (files := _sequences(folder / place))), [])
     if not found:
         wanted = LABELS[0] if role == "truth" else RESULTS
         raise TracksError(f"{folder}: no {wanted}/0000.txt in it; give the text file of a sequence")
-    if len(found) > 1:
-        raise TracksError(f"{folder}: has {len(found)} sequences; give the text file of one, e.g. {found[0]}")
-    return found[0]
+    return found
+
+
+def read_folder(folder: Path, role: Role) -> BoxTable:
+    """Return the boxes of all sequences of a folder; of several, each is a scene.
+
+    Raises
+    ------
+    TracksError
+        There is none, or a file is invalid.
+    """
+    files = sequences(folder, role)
+    return joined(folder, {file.stem: read(file) for file in files}) if len(files) > 1 else read(files[0])
 
 
 def _sequences(folder: Path) -> list[Path]:

@@ -8,8 +8,11 @@ from luxloop.scenarios.exchange.file_formats import Role, is_json
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
     from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+    from luxloop.scenarios.recordings.sweep import DataSet
 
 BOX_SUFFIXES = (".json",)
+RECORDING_SUFFIXES = ()
 
 
 def shows_boxes(path: Path, head: bytes) -> bool:
@@ -24,6 +27,14 @@ def read_boxes(path: Path, _role: Role) -> "list[BoxTable]":
     from luxloop.scenarios.exchange.nuscenes import nuscenes_reader
 
     return [nuscenes_reader.read_tables(path) if path.is_dir() else nuscenes_reader.read_results(path)]
+
+
+def open_recording(paths: list[Path], options: "ReadOptions") -> "DataSet":
+    """Open a scene with its sweeps. See `RecordingFormat`."""
+    from luxloop.scenarios.exchange.nuscenes import nuscenes_sweeps
+    from luxloop.scenarios.recordings.formats.format_choice import only_folder
+
+    return nuscenes_sweeps.open_recording(only_folder(paths), options.scene)
 
 
 def export(run: "RecordedRun", folder: Path) -> None:

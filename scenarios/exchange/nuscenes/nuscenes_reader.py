@@ -234,7 +234,7 @@ def read_tables(path: Path) -> BoxTable:
         raise TracksError(f"{path}: no {ANNOTATIONS} in it or in a folder below; give a nuScenes folder")
     file = folder / ANNOTATIONS
     names = ("sample", "sample_annotation", "instance", "category")
-    tables = {name: _table(folder / f"{name}.json") for name in names}
+    tables = {name: read_table(folder / f"{name}.json") for name in names}
     samples = dict(sorted(tables["sample"].items(), key=lambda item: _order(folder / "sample.json", *item)))
     rows = tables["sample_annotation"]
     solids = {token: solid(file, f"annotation {token}", row) for token, row in rows.items()}
@@ -286,7 +286,7 @@ def _token_texts(values: list[str]) -> Texts:
     return np.array(values, np.str_)
 
 
-def _table(path: Path) -> dict[str, Row]:
+def read_table(path: Path) -> dict[str, Row]:
     """Return the rows of a table by token."""
     rows = read_json(path)
     if not isinstance(rows, list):

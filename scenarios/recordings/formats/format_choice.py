@@ -24,6 +24,8 @@ class ReadOptions:
     """Metadata of an Ouster sensor; the JSON file beside the capture if None."""
     by_log: bool = False
     """True if messages have the times at which they were logged, and not those of their stamps."""
+    scene: str | None = None
+    """Scene, sequence or log of a data set; its only one if None."""
 
 
 class RecordingFormat(Protocol):
@@ -109,3 +111,10 @@ def require_bytes(paths: list[Path]) -> None:
             raise InputError(f"{path}: no such file; give the path of a recording")
         if path.is_file() and path.stat().st_size == 0:
             raise InputError(f"{path}: is empty; give a complete recording")
+
+
+def only_folder(paths: list[Path]) -> Path:
+    """Return the folder of a data set; raise an InputError for files and for several folders."""
+    if len(paths) > 1 or not paths[0].is_dir():
+        raise InputError(f"{paths[-1]}: give the one folder of the data set, and --scene to choose from it")
+    return paths[0]

@@ -332,15 +332,15 @@ def test_an_invalid_table_is_refused_in_one_line(table, rows, message, tmp_path,
     refused(["--truth", "v1.0-mini", "--tracks", "b.json"], message, capfd)
 
 
-def test_a_kitti_folder_of_several_sequences_is_refused(tmp_path, monkeypatch, capfd):
+def test_a_kitti_folder_of_several_sequences_needs_tracks_of_them(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     labels = tmp_path / "training" / "label_02"
     labels.mkdir(parents=True)
     for name in ("0000.txt", "0001.txt"):
         box_files.write(labels, name, KITTI_LINE)
-    several = "has 2 sequences; give the text file of one, e.g."
-    for folder, first in ((".", "training/label_02/0000.txt"), ("training", "training/label_02/0000.txt")):
-        refused(["--truth", folder, "--tracks", first], f"{folder}: {several} {first}", capfd)
+    first = "training/label_02/0000.txt"
+    for folder in (".", "training"):
+        refused(["--truth", folder, "--tracks", first], f"{first}: only one file has scenes; give both", capfd)
     refused(["--truth", "training/label_02/0000.txt", "--tracks", "."], ".: no results/0000.txt in it; give", capfd)
 
 
@@ -363,7 +363,7 @@ def test_a_comma_in_other_bytes_than_text_is_no_csv_file(tmp_path):
         (["--truth", "a.csv", "--fits", "a.csv", "--out", "x"], "--out: there are no tracks, and fits have no page"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--hit-iou", "1"], "--hit-iou 1: should lie between 0 and 1"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--gospa-cutoff", "nan"], "Invalid value for '--gospa-cutoff': nan"),
-        (["--truth", "a.csv", "--tracks", "a.csv", "--truth-format", "bag"], "--truth-format bag: is none of csv"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--truth-format", "bag"], "--truth-format bag: is none of av2, csv"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--classes", "car"], "a.csv: has no classes; leave --classes out"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--truth-format", "kitti"], "a.csv: line 1: 1 fields; KITTI"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--points-min", "1"], "a.csv: has no numbers of points; leave"),
@@ -375,7 +375,7 @@ def test_a_comma_in_other_bytes_than_text_is_no_csv_file(tmp_path):
         (["run", "--occluded-max", "3"], "--occluded-max cannot be given with RUN; give either RUN"),
         (["run", "--points-min", "3"], "--points-min cannot be given with RUN; give either RUN"),
         (["--truth", "none.csv", "--tracks", "a.csv"], "none.csv: cannot be read (No such file or directory)"),
-        (["--truth", ".", "--tracks", "a.csv"], ".: a folder of no known format of csv, kitti, mcap, nuscenes,"),
+        (["--truth", ".", "--tracks", "a.csv"], ".: a folder of no known format of av2, csv, kitti, mcap, nuscenes,"),
     ],
 )  # fmt: skip
 def test_an_invalid_request_is_refused_in_one_line(words, message, tmp_path, monkeypatch, capfd):
