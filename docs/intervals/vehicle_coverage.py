@@ -14,7 +14,7 @@ from luxloop.scenarios.compare.resampling import difference_interval
 from luxloop.scenarios.compare.sides import read
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS
 from luxloop.scenarios.metrics.definitions import find_metric
-from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.intervals import Interval
 from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
 BASELINE = Path(__file__).parents[2] / "scenarios" / "baseline" / "catalog.jsonl"

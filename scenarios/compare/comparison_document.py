@@ -19,7 +19,7 @@ from luxloop.scenarios.document.document import Block, Bullets, Document, Facts,
 from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.document.words import Span, Style, Words, code
 from luxloop.scenarios.report.cells import NONE, table_of
-from luxloop.scenarios.statistics.confidence import TOO_FEW
+from luxloop.scenarios.statistics.intervals import TOO_FEW
 
 INTERVALS = (
     "The 95 % interval of a change follows from its spread as each vehicle is left out in turn: an interval that "

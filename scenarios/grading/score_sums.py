@@ -11,7 +11,7 @@ from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
 from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 from luxloop.scenarios.metrics.definitions import DEFINITIONS
-from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW, Interval
+from luxloop.scenarios.statistics.intervals import NO_ERROR, TOO_FEW, Interval
 from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
 SCORES = ("hota", "mota", "idf1")

@@ -11,7 +11,7 @@ from luxloop.scenarios.compare.digest import Key
 from luxloop.scenarios.compare.resampling import difference_interval
 from luxloop.scenarios.compare.sides import Side
 from luxloop.scenarios.run import run_folder
-from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.intervals import Interval
 
 GOSPA = "track.gospa_m"
 

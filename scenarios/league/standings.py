@@ -16,7 +16,7 @@ from luxloop.scenarios.compare.sides import Side
 from luxloop.scenarios.league.gospa_difference import GOSPA, PairedDifference, gospa_difference, gospa_sums, mean_gospa
 from luxloop.scenarios.league.league_runs import RUNS, Row
 from luxloop.scenarios.run.device import REFERENCE
-from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.intervals import Interval
 from luxloop.scenarios.statistics.jackknife import SHARE, jackknife_interval
 
 HOTA: ComparedMetric = next(metric for metric in COMPARED_METRICS if metric.name == "track.hota")

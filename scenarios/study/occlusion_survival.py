@@ -24,8 +24,7 @@ from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.report.cells import table_of
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.statistics import logistic
-from luxloop.scenarios.statistics.confidence import TAIL, Interval
-from luxloop.scenarios.statistics.effective_binomial import binomial_interval, effective_number
+from luxloop.scenarios.statistics.intervals import TAIL, Interval, binomial_interval, effective_number
 from luxloop.scenarios.statistics.logistic import LogisticFit
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import pandas as pd
 from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.document.words import Span
 from luxloop.scenarios.metrics.definitions import SURVIVAL, survival_measure
-from luxloop.scenarios.statistics.confidence import FEWEST_SEEDS
+from luxloop.scenarios.statistics.intervals import FEWEST_SEEDS
 from luxloop.scenarios.study import survival, survival_picture
 from luxloop.scenarios.study.curves import groups, is_binary
 from luxloop.scenarios.study.figures import label, text

@@ -16,7 +16,7 @@ import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats
 from luxloop.scenarios.metrics.definitions import END, SURVIVAL, survival_measure
-from luxloop.scenarios.statistics.effective_binomial import binomial_interval, effective_number
+from luxloop.scenarios.statistics.intervals import binomial_interval, effective_number
 from luxloop.scenarios.study.curves import levels
 
 

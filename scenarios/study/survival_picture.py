@@ -10,7 +10,7 @@ from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.document.figure import Figure, note
 from luxloop.scenarios.document.palette import SERIES
 from luxloop.scenarios.metrics.definitions import STAGES, SURVIVAL, survival_measure
-from luxloop.scenarios.statistics.seed_warnings import few_seeds
+from luxloop.scenarios.statistics.intervals import few_seeds
 from luxloop.scenarios.study import survival
 from luxloop.scenarios.study.figures import MARKERS, PANEL_IN, WIDE_IN, label, text
 from luxloop.scenarios.study.study_file import Curve, Study

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from luxloop.scenarios.document.words import plain
-from luxloop.scenarios.statistics.bounded_mean import mid_p_interval
+from luxloop.scenarios.statistics.intervals import mid_p_interval
 from luxloop.scenarios.study.curves import differences, estimates, levels, measured, seed_dots
 from luxloop.scenarios.study.figures import picture
 from luxloop.scenarios.study.study_file import Study
