@@ -11,7 +11,7 @@ from intervals.seed_coverage import Coverage, of_intervals
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
 from luxloop.scenarios.compare.resampling import difference_interval
-from luxloop.scenarios.compare.sides import read
+from luxloop.scenarios.compare.run_pairs import read
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS
 from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.statistics.intervals import Interval

@@ -7,14 +7,14 @@ from fits.league_tables import markdown
 from variants.pooled import Pooled
 
 from luxloop.scenarios.metrics.definitions import NO_VIEW, TARGETS, VIEWS, estimates
-from luxloop.scenarios.report import paper_figures
+from luxloop.scenarios.report import paper_comparison
 from luxloop.scenarios.report.cells import interval_of, percent_of, value_of
 from luxloop.scenarios.result import Metric
 
 Trackers = Mapping[str, Mapping[str, Pooled]]
 """Runs by the name of their tracker, then by that of their seeds."""
 
-SHOWN = (*paper_figures.HEADING_DEG, "oracle")
+SHOWN = (*paper_comparison.HEADING_DEG, "oracle")
 """Methods of table II: the paper's, and the best choice among the candidates."""
 
 
@@ -25,12 +25,12 @@ SHARES = ("rounded_to_0deg", *(f"within_{limit}deg" for limit in range(1, 6)))
 def table_1(trackers: Trackers) -> str:
     """Return the data set, per drive; it does not depend on the tracker."""
     sets = next(iter(trackers.values()))
-    total, rows = sum(paper_figures.VIEWS.values()), []
-    for name, published in paper_figures.DATASET.items():
+    total, rows = sum(paper_comparison.PAPER_VIEWS.values()), []
+    for name, published in paper_comparison.DATASET.items():
         rows.append((name.replace("_", " "), *(_per_drive(one, f"dataset.{name}") for one in sets.values()), published))
     for view in (*VIEWS.values(), NO_VIEW):
         shares = [percent_of(one.metrics[f"dataset.share{{view={view}}}"]) for one in sets.values()]
-        published = paper_figures.VIEWS.get(view)
+        published = paper_comparison.PAPER_VIEWS.get(view)
         rows.append((f"view: {view.replace('_', '-')}", *shares, f"{published / total:.1%}" if published else ""))
     return markdown(("per drive", *sets, "paper"), rows)
 
@@ -57,12 +57,12 @@ def table_3(trackers: Trackers) -> str:
     """Return the distribution of heading errors of the paper's two methods."""
     head = ("method", "tracker", "seeds", "= 0", *(f"{limit} deg" for limit in range(1, 6)))
     rows: list[Sequence[object]] = []
-    for method, published in paper_figures.WITHIN.items():
+    for method, published in paper_comparison.WITHIN.items():
         for tracker, sets in trackers.items():
             for name, one in sets.items():
                 shares = [_share(one.metrics[f"fit.{share}{{method={method}}}"]) for share in SHARES]
                 rows.append((f"`{method}`", tracker, name, *shares))
-        paper = (paper_figures.ZERO[method], *published)
+        paper = (paper_comparison.ZERO[method], *published)
         rows.append((f"`{method}`", "the paper's", "", *(f"{100 * share:.1f} %" for share in paper)))
     return markdown(head, rows)
 
@@ -111,18 +111,18 @@ def _position(metrics: Mapping[str, Metric], model: str, target: str, axis: str)
 
 def _published_headings(method: str) -> tuple[str, str]:
     """Return the paper's cells of a method; empty for those that it does not have."""
-    if method not in paper_figures.HEADING_DEG:
+    if method not in paper_comparison.HEADING_DEG:
         return "", ""
     shown = [
         "n/a" if value is None else f"{value:.3f}"
-        for value in (*paper_figures.HEADING_DEG[method], *paper_figures.HEADING_ABS_DEG[method])
+        for value in (*paper_comparison.HEADING_DEG[method], *paper_comparison.HEADING_ABS_DEG[method])
     ]
     return ", ".join(shown[:2]), ", ".join(shown[2:])
 
 
 def _published_positions(kind: str, repeats: int) -> Iterator[Sequence[object]]:
     """Yield the paper's rows, with the figures in the columns of the first seeds."""
-    for (model, targets), (x_mean, x_std, y_mean, y_std) in paper_figures.POSITION_ABS_M.items():
+    for (model, targets), (x_mean, x_std, y_mean, y_std) in paper_comparison.POSITION_ABS_M.items():
         if targets == kind:
             cells = (f"{x_mean:.3f}, {x_std:.3f}", f"{y_mean:.3f}, {y_std:.3f}")
             yield (kind, model, "the paper's", *cells, *[""] * (2 * (repeats - 1)))

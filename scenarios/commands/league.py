@@ -50,8 +50,7 @@ def league(
     from luxloop.scenarios.league import league_page
     from luxloop.scenarios.league.drive import drives
     from luxloop.scenarios.league.entrants import chosen
-    from luxloop.scenarios.league.league_folder import refuse_other_files
-    from luxloop.scenarios.league.league_page import Request
+    from luxloop.scenarios.league.league_page import Request, refuse_other_files
     from luxloop.scenarios.league.standings import standings
     from luxloop.scenarios.report import text
 

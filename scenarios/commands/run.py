@@ -139,13 +139,13 @@ def _run_each(
     """Run several seeds, print their tables or JSON, and return the exit code of the worst."""
     import json
 
-    from luxloop.scenarios.report import seeds_screen
+    from luxloop.scenarios.report import seeds_document
 
     found = run_seeds(seeds, run_seed, (lambda _: None) if as_json or quiet else _print_now)
     if as_json:
         print(json.dumps(found.document(), allow_nan=False))
     elif not quiet:
-        seeds_screen.show(found.done, found.verdicts, recorded=recorded, full=full)
+        seeds_document.show(found.done, found.verdicts, recorded=recorded, full=full)
     return found.code
 
 
@@ -175,7 +175,7 @@ class SeedRuns:
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document of all runs."""
-        from luxloop.scenarios.report.seed_table import summary
+        from luxloop.scenarios.report.seeds_document import summary
         from luxloop.scenarios.run import run_folder
 
         runs = [{**run_folder.document(run, run.checks), "out": str(run.out)} for run in self.done.values()]

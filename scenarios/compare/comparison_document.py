@@ -7,17 +7,24 @@ from typing import Any
 
 from luxloop.scenarios.compare.change_figure import change_figure
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
-from luxloop.scenarios.compare.comparison import LEVEL, Comparison, MetricChange
-from luxloop.scenarios.compare.comparison_answer import answer
+from luxloop.scenarios.compare.comparison import LEVEL, Comparison, ExpectationChange, MetricChange, ScenarioLoss
+from luxloop.scenarios.compare.comparison_answer import answer, seeds_needed
 from luxloop.scenarios.compare.digest import Expectation
-from luxloop.scenarios.compare.expectation_changes import ExpectationChange
-from luxloop.scenarios.compare.run_pair import Pair
-from luxloop.scenarios.compare.run_pairs import listed
-from luxloop.scenarios.compare.seeds_needed import seeds_needed
-from luxloop.scenarios.compare.single_scenarios import ScenarioLoss
-from luxloop.scenarios.document.document import Block, Bullets, Document, Facts, Paragraph, Preformatted, Section
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, Style, Words, code
+from luxloop.scenarios.compare.run_pairs import Pair, listed
+from luxloop.scenarios.document.document import (
+    Block,
+    Bullets,
+    Document,
+    Facts,
+    Paragraph,
+    Preformatted,
+    Section,
+    Span,
+    Style,
+    Table,
+    Words,
+    code,
+)
 from luxloop.scenarios.report.cells import NONE, table_of
 from luxloop.scenarios.statistics.intervals import TOO_FEW
 

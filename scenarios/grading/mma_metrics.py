@@ -1,6 +1,7 @@
-"""Position errors of the filters, as in the paper's table IV, and the consistency of their covariances."""
+"""Filters of a track: errors as in the paper's table IV, consistency of covariances, and the selected mode."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -8,12 +9,66 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading import mode_metrics
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
-from luxloop.scenarios.grading.mode_metrics import MODE_OF
 from luxloop.scenarios.grading.plane_geometry import corner, matching_sign, nearest_sign, turned
 from luxloop.scenarios.metrics.definitions import NO_PAIR, estimates
-from luxloop.tracker.records import Tracks
+from luxloop.scenarios.result import NOT_REPORTED
+from luxloop.tracker.records import MODEL_NAMES, MODELS, TURNING_MODELS, Tracks
+
+MODE_OF = {**{model: model for model in MODELS}, **dict.fromkeys(TURNING_MODELS, "ca")}
+"""True mode that each model describes: a turn is an acceleration."""
+
+NO_MODEL = f"{NOT_REPORTED} the selected model"
+
+STANDING_MPS = 0.5
+"""[m/s] A track without a model stands below this speed: a walking person is three times as fast."""
+
+
+MODE_CODES = np.array([MODELS.index(MODE_OF[model]) for model in MODEL_NAMES])
+"""Index of the true mode that each model of `MODEL_NAMES` describes."""
+
+
+def described_mode(model: pd.Series) -> npt.NDArray[np.int64]:
+    """(K,) index in `MODELS` of the mode that each selected model describes; -1 for unknown models."""
+    return np.asarray(np.append(MODE_CODES, -1)[model.cat.codes.to_numpy()], dtype=np.int64)
+
+
+def column(tracks: pd.DataFrame, name: str) -> npt.NDArray[Any] | None:
+    """Return a column (K,) about the selected model of judged tracks, NaN without one; None for other names.
+
+    A track without a model stands or moves by its speed.
+    """
+    model = tracks["model"]
+    if name == "right_mode":
+        right = described_mode(model) == tracks["true_mode"].cat.codes.to_numpy()
+        return np.where(model.isna(), np.nan, right)
+    if name.startswith("selected_"):
+        return np.where(model.isna(), np.nan, model == name.removeprefix("selected_"))
+    if name != "right_motion":
+        return None
+    speed = np.hypot(*tracks[["vx_world_mps", "vy_world_mps"]].to_numpy(np.float64).T)
+    stands = np.where(model.notna(), model.to_numpy(object) == MODELS[0], speed < STANDING_MPS)
+    known = (model.notna() | np.isfinite(speed)).to_numpy()
+    return np.where(known, stands == (tracks["true_mode"] == MODELS[0]), np.nan)
+
+
+def switch_latencies(judged: pd.DataFrame) -> list[tuple[int, float]]:
+    """Return the vehicle of each change of the true mode, and the frames until its selection.
+
+    Infinite if the mode is not selected before the next change. A change counts if the vehicle is followed in the frame
+    of the change and in the previous one.
+    """
+    latencies: list[tuple[int, float]] = []
+    for actor_id, rows in judged.sort_values("frame", kind="stable").groupby("actor_id"):
+        frame = rows["frame"].to_numpy()
+        mode, model = rows["true_mode"].cat.codes.to_numpy(), described_mode(rows["model"])
+        changes = np.flatnonzero(np.diff(mode)) + 1
+        for start, stop in pairwise([*changes, len(mode)]):
+            if frame[start] - frame[start - 1] == 1:
+                agrees = start + np.flatnonzero(model[start:stop] == mode[start])
+                wait = float(frame[agrees[0]] - frame[start]) if len(agrees) else np.inf
+                latencies.append((int(actor_id), wait))
+    return latencies
 
 
 def corner_errors(
@@ -83,7 +138,7 @@ def mahalanobis_squared(error: Floats, covariance: Floats) -> Floats:
     return np.where(np.isnan(determinant), np.nan, squared)
 
 
-def column(tracks: pd.DataFrame, name: str, nees_confidence: float) -> npt.NDArray[Any] | None:
+def corner_column(tracks: pd.DataFrame, name: str, nees_confidence: float) -> npt.NDArray[Any] | None:
     """Return a column (K,) of judged tracks that follows from others, None for other names.
 
     Position errors are absolute [m]. NEES and NIS have 2 degrees of freedom. A single model is graded only while it
@@ -109,7 +164,7 @@ def column(tracks: pd.DataFrame, name: str, nees_confidence: float) -> npt.NDArr
     if estimate == "describes":
         every = np.ones(len(tracks), np.bool_)
         return every if rest == "mma" else np.asarray(tracks["true_mode"] == MODE_OF[rest])
-    return np.asarray(tracks["true_mode"] == rest) if estimate == "mode" else mode_metrics.column(tracks, name)
+    return np.asarray(tracks["true_mode"] == rest) if estimate == "mode" else column(tracks, name)
 
 
 def grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, models: Sequence[str]) -> None:

@@ -10,7 +10,7 @@ from rich.console import Group, RenderableType
 from rich.padding import Padding
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.realism.fit_observations import VIEWS, range_bands
 from luxloop.scenarios.realism.labelled_fits import COMPARED
 from luxloop.scenarios.report.cells import NONE, table_of

@@ -3,13 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from luxloop.scenarios.document.document import Answer, Block, Document, Facts, Paragraph, Section
+from luxloop.scenarios.document.document import Answer, Block, Document, Facts, Paragraph, Section, Table
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definitions import RANGE_BANDS, find_metric
 from luxloop.scenarios.report.cells import counted, percent_of, table_of, value_of, with_unit
-from luxloop.scenarios.report.tables import figure_rows, grading_limits
-from luxloop.scenarios.report.track_tables import band_label
+from luxloop.scenarios.report.run_tables import band_label, figure_rows, grading_limits
 from luxloop.scenarios.result import Result
 
 TABLES = {

@@ -17,7 +17,7 @@ from luxloop.scenarios.files import known_failure
 from luxloop.scenarios.files.expect import Check, unmet
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
-from luxloop.scenarios.report.run_answer import answer
+from luxloop.scenarios.report.html.reported_run import answer
 from luxloop.scenarios.rerun_log.viewer import frame_to_show
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import run_folder

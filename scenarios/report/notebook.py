@@ -4,8 +4,7 @@ from luxloop.scenarios.document import html
 from luxloop.scenarios.document.document import Document, Section
 from luxloop.scenarios.files.expect import ranked
 from luxloop.scenarios.report.cells import interval_of, table_of, with_unit
-from luxloop.scenarios.report.html.reported_run import SUITE_METRICS
-from luxloop.scenarios.report.run_answer import answer
+from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, answer
 from luxloop.scenarios.report.run_document import expectations
 from luxloop.scenarios.result import Result
 

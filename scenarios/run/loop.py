@@ -14,7 +14,7 @@ from luxloop.scenarios.control.safety import SafetyLog
 from luxloop.scenarios.errors import ScenarioError
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.body_points import Ranging
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from luxloop.scenarios.document import figure_files
+from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES
-from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.report.cells import table_of

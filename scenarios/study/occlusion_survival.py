@@ -16,9 +16,9 @@ from rich.text import Text
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.document import figure_files
+from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES
-from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.report.cells import table_of

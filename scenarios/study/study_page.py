@@ -7,10 +7,8 @@ from typing import Any
 import pandas as pd
 
 from luxloop.scenarios.document import figure_files, html
-from luxloop.scenarios.document.document import Answer, Block, Document, Facts, Folded, Paragraph, Section
+from luxloop.scenarios.document.document import Answer, Block, Document, Facts, Folded, Paragraph, Section, Table, code
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import code
 from luxloop.scenarios.report.cells import counted
 from luxloop.scenarios.study.curves import LEVELS, differences, estimates, measured
 from luxloop.scenarios.study.figures import label, picture, text

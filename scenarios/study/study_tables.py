@@ -6,8 +6,7 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span
+from luxloop.scenarios.document.document import Span, Table
 from luxloop.scenarios.metrics.definitions import SURVIVAL, survival_measure
 from luxloop.scenarios.statistics.intervals import FEWEST_SEEDS
 from luxloop.scenarios.study import survival, survival_picture

@@ -26,7 +26,7 @@ from luxloop.scenarios.cli import app, main
 from luxloop.scenarios.control import safety
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading import emergence_table, frame_tables, occlusion_table
+from luxloop.scenarios.grading import emergence, frame_tables, occlusions
 from luxloop.scenarios.grading.truth_events import truth_event
 from luxloop.scenarios.metrics.definition import FILTERS
 from luxloop.scenarios.metrics.definitions import (
@@ -405,7 +405,7 @@ def test_every_column_is_listed(table):
 @pytest.mark.parametrize(
     ("table", "columns"),
     [
-        ("occlusions", occlusion_table.COLUMNS),
+        ("occlusions", occlusions.COLUMNS),
         ("blockers", frame_tables.BLOCKERS),
         ("events", truth_event.COLUMNS),
         ("extremes", frame_tables.EXTREMES),
@@ -418,7 +418,7 @@ def test_every_column_of_occlusions_is_listed(table, columns):
 
 def test_every_column_of_emergence_is_listed():
     listed = names_in_rows(section_tree(RESULTS, "Tables").partition("### emergence\n")[2].partition("\n### ")[0])
-    assert {"frame", "time_s", *listed} >= set(emergence_table.COLUMNS)
+    assert {"frame", "time_s", *listed} >= set(emergence.COLUMNS)
 
 
 def test_every_column_of_a_controlled_ego_s_drive_is_listed():

@@ -5,15 +5,18 @@ from pathlib import Path
 from luxloop.scenarios.document.document import Document
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.report.html.birdseye import birdseye
-from luxloop.scenarios.report.html.error_figures import COVARIATES, errors_against, errors_by_class, observations
-from luxloop.scenarios.report.html.file_figures import file_figures
-from luxloop.scenarios.report.html.fit_figures import heading_distribution
 from luxloop.scenarios.report.html.frame_player import near, player
-from luxloop.scenarios.report.html.frame_points import frame_points
-from luxloop.scenarios.report.html.probabilities import model_probabilities
 from luxloop.scenarios.report.html.reported_run import ReportedRun
-from luxloop.scenarios.report.html.shown_frames import ego_poses, shown_frames
-from luxloop.scenarios.report.html.timelines import timelines
+from luxloop.scenarios.report.html.run_figures import (
+    COVARIATES,
+    errors_against,
+    errors_by_class,
+    heading_distribution,
+    model_probabilities,
+    observations,
+)
+from luxloop.scenarios.report.html.shown_frames import ego_poses, frame_points, shown_frames
+from luxloop.scenarios.report.html.timelines import file_figures, timelines
 from luxloop.scenarios.report.run_document import RunFigures, run_document
 from luxloop.scenarios.result import Result
 

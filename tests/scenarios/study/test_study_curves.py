@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from luxloop.scenarios.document.words import plain
+from luxloop.scenarios.document.document import plain
 from luxloop.scenarios.statistics.intervals import mid_p_interval
 from luxloop.scenarios.study.curves import differences, estimates, levels, measured, seed_dots
 from luxloop.scenarios.study.figures import picture

@@ -1,16 +1,102 @@
-"""Screen of `luxloop run --seeds`: verdicts, main figures over the seeds, limits that do not hold, next commands."""
+"""Runs of one scenario with several seeds: verdicts, means and spreads, and the first screen."""
 
+import math
+import statistics
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rich.console import Console
 from rich.text import Text
 
+from luxloop.scenarios.document.document import Answer, Document, Section, Span, Style, Table
 from luxloop.scenarios.files.expect import Check, unmet
 from luxloop.scenarios.report import first_screen, text
-from luxloop.scenarios.report.cells import exceeded
+from luxloop.scenarios.report.cells import NONE, exceeded, table_of, value_of
 from luxloop.scenarios.report.first_screen import FIGURES, LINES, MOST_FIGURES, Screen
-from luxloop.scenarios.report.seed_table import WORST_FIRST, seeds_answer, seeds_document, seeds_name, statistics_of
+from luxloop.scenarios.report.html.reported_run import STYLES, SUITE_METRICS
 from luxloop.scenarios.result import Result
+
+WORST_FIRST = ("broken tracker", "failed", "incomplete", "no limits", "passed")
+"""Verdicts of runs; that of all runs is the first of theirs."""
+STYLE_OF: Mapping[str, Style] = {"broken tracker": "bad", **{str(one): style for one, style in STYLES.items()}}
+
+
+def seeds_document(done: Mapping[int, Result], verdicts: Mapping[int, str]) -> Document:
+    """Return runs that differ in their seeds.
+
+    Parameters
+    ----------
+    done
+        Runs that have a result, by seed.
+    verdicts
+        Verdict by seed, of all runs.
+    """
+    results = list(done.values())
+    sections = [
+        Section("each", "Each seed", [_each(results, verdicts)]),
+        Section("spread", "Over the seeds", [_spread(results)]),
+    ]
+    return Document(seeds_name(done, verdicts), seeds_answer(verdicts), [], sections)
+
+
+def seeds_name(done: Mapping[int, Result], verdicts: Mapping[int, str]) -> str:
+    """Return the scenario and its seeds."""
+    scenario = next((result.scenario for result in done.values()), "no run")
+    return f"{scenario}, seeds {min(verdicts)}-{max(verdicts)}"
+
+
+def seeds_answer(verdicts: Mapping[int, str]) -> Answer:
+    """Return the worst verdict, and the number of seeds with each."""
+    count = Counter(verdicts.values())
+    present = [verdict for verdict in WORST_FIRST if count[verdict]]
+    said = ", ".join(f"{count[verdict]} {verdict}" for verdict in present)
+    return Answer(said, present[0], STYLE_OF[present[0]])
+
+
+def summary(results: Sequence[Result]) -> dict[str, dict[str, Any]]:
+    """Return mean, standard deviation and range over the seeds of each metric, for JSON; null without a value."""
+    return {name: statistics_of(results, name) for name in (results[0].metrics if results else ())}
+
+
+def statistics_of(results: Sequence[Result], name: str) -> dict[str, Any]:
+    """Return mean, standard deviation and range of a metric over the seeds, its unit, and the seeds with a value."""
+    found = [result.metrics[name].value for result in results]
+    values = [value for value in found if value is not None]
+    return {
+        "mean": statistics.fmean(values) if values else None,
+        "std": statistics.stdev(values) if len(values) > 1 else None,
+        "min": min(values, default=None),
+        "max": max(values, default=None),
+        "unit": results[0].metrics[name].unit,
+        "seeds": len(values),
+    }
+
+
+def _each(results: Sequence[Result], verdicts: Mapping[int, str]) -> Table:
+    table = table_of("Each seed", "seed", *SUITE_METRICS.values())
+    table.add_column("verdict", no_wrap=True)
+    by_seed = {result.seed: result for result in results}
+    for seed, verdict in verdicts.items():
+        values = [value_of(by_seed[seed].metrics[name]) if seed in by_seed else NONE for name in SUITE_METRICS]
+        table.add_row(str(seed), *values, Span(verdict, STYLE_OF[verdict]))
+    return table
+
+
+def _spread(results: Sequence[Result]) -> Table:
+    """Return means and spreads of the main metrics and of those with expectations."""
+    table = table_of("Over the seeds", "metric", "mean", "std", "least", "largest", "seeds")
+    names = dict.fromkeys([*SUITE_METRICS, *(name for result in results for name in result.config["expect"])])
+    for name in names if results else ():
+        found = statistics_of(results, name)
+        cells = [_number(found[part]) for part in ("mean", "std", "min", "max")]
+        table.add_row(name, *cells, str(found["seeds"]))
+    return table
+
+
+def _number(value: float | None) -> str:
+    return NONE if value is None or math.isnan(value) else f"{value:.3f}"
+
 
 Runs = Mapping[int, Result]
 
@@ -65,7 +151,7 @@ def _failing(done: Runs, room: int) -> Screen:
     shown = names if len(names) < room else names[: room - 2]
     rows = [_row(name, by_name[name], worst[name], len(done)) for name in shown]
     more = [Text(f"  and {len(names) - len(shown)} more: --full prints all", "dim")] if len(shown) < len(names) else []
-    return [*_table(rows), *more] if rows else []
+    return [*_limits(rows), *more] if rows else []
 
 
 def _worst_seed(found: Mapping[int, Check]) -> int:
@@ -83,7 +169,7 @@ def _row(name: str, found: Mapping[int, Check], worst: int, seeds: int) -> tuple
     return name, exceeded(found[worst]), f"{known}{len(found)} of {seeds} seeds, worst: {worst}"
 
 
-def _table(rows: Sequence[tuple[str, str, str]]) -> Screen:
+def _limits(rows: Sequence[tuple[str, str, str]]) -> Screen:
     return first_screen.table(("Limits that do not hold", "worst", "seeds"), rows)
 
 
