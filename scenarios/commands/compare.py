@@ -33,15 +33,14 @@ def compare(
     Exit code: 0 if HEAD is the same or better, 1 if it is worse or newly fails, 5 if the runs cannot tell.
     """
     from luxloop.scenarios import interface
-    from luxloop.scenarios.compare import comparison_files
-    from luxloop.scenarios.compare.comparison_document import comparison_document
-    from luxloop.scenarios.document.json_text import json_text
+    from luxloop.scenarios.compare.comparison_document import comparison_document, files_of, write
+    from luxloop.scenarios.document.document import json_text
     from luxloop.scenarios.report import text
 
-    files = comparison_files.files_of(report) if report else []
+    files = files_of(report) if report else []
     comparison = interface.compare(base, head, loss=loss / 100.0)
     shown = comparison_document(comparison, str(base), str(head))
-    comparison_files.write(files, shown)
+    write(files, shown)
     if as_json:
         print(json_text(shown))
     elif not quiet:

@@ -11,8 +11,7 @@ def check_tracker(
     tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as for `luxloop run --tracker`.")],
 ) -> None:
     """Check that a tracker keeps the interface contract, with real and degenerate scans."""
-    from luxloop.scenarios.check_tracker.check_drives import drives
-    from luxloop.scenarios.check_tracker.sequence_checks import examine, table
+    from luxloop.scenarios.check_tracker.sequence_checks import drives, examine, table
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import device
 
@@ -39,7 +38,7 @@ def warm_up(scenario: ScenarioName = SCENARIO, tracker: Tracker = None, quiet: Q
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.run import device, loop
     from luxloop.scenarios.run.progress import hidden
-    from luxloop.scenarios.run.tracker_warm_up import tracker_beside
+    from luxloop.scenarios.run.warm_up import tracker_beside
     from luxloop.sensor_model.rig.rig import load_rig
 
     loaded = Scenario.load(shipped.find(scenario), {"duration_s": SIMULATED_S})

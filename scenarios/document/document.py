@@ -4,6 +4,8 @@ A page, the text in a terminal, the Markdown of a comment and JSON are rendering
 agree.
 """
 
+import json
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
@@ -275,3 +277,26 @@ def _unfolded(blocks: Sequence[Block]) -> Iterator[Block]:
         yield block
         if isinstance(block, Folded):
             yield from _unfolded(block.blocks)
+
+
+def json_text(document: Document, **more: str) -> str:
+    """Return `json_data` on one line, with further keys."""
+    return json.dumps({**json_data(document), **more}, allow_nan=False)
+
+
+def json_data(document: Document) -> dict[str, Any]:
+    """Return verdict, answer and the figures for programs; numbers without a value are None."""
+    judged = {"verdict": document.answer.verdict} if document.answer.verdict else {}
+    found: dict[str, Any] = finite({**judged, "answer": document.answer.sentence, **document.data})
+    return found
+
+
+def finite(value: Any) -> Any:
+    """Replace NaN and infinity by None, and scalars of numpy by Python's, at any depth."""
+    if isinstance(value, dict):
+        return {key: finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(entry) for entry in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -14,15 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading import (
-    clear_table,
-    fit_errors,
-    mma_metrics,
-    occlusions,
-    prediction_metrics,
-    track_errors,
-    track_metrics,
-)
+from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, occlusions, track_errors, track_metrics
 from luxloop.scenarios.grading.articulated import angles_of
 from luxloop.scenarios.grading.clear_table import HitStep, TrackingSequence, clear_hits, tracking_sequence
 from luxloop.scenarios.grading.frame_tables import models_of
@@ -304,17 +296,17 @@ class RunObservations:
         if name in _OF_MOTION:
             return _OF_MOTION[name](rows)
         if name == "changing":
-            return prediction_metrics.around_changes(rows.table, self.truth)
+            return mma_metrics.around_changes(rows.table, self.truth)
         for label, seconds in HORIZONS.items():
             if name.endswith(f"_ahead_{label}_error_m"):
                 estimate = name.removesuffix(f"_ahead_{label}_error_m")
-                return prediction_metrics.distance(rows.table, self._corner_ahead(seconds), estimate, label)
+                return mma_metrics.distance(rows.table, self._corner_ahead(seconds), estimate, label)
         return mma_metrics.corner_column(rows.table, name, self.config.nees_confidence)
 
     def _corner_ahead(self, seconds: float) -> Floats:
         """(K, 2) true positions of the tracked corners some time ahead [m], made once for all estimates."""
         if seconds not in self._corners:
-            self._corners[seconds] = prediction_metrics.true_corners(self.track.table, self.truth, seconds)
+            self._corners[seconds] = mma_metrics.true_corners(self.track.table, self.truth, seconds)
         return self._corners[seconds]
 
     @cached_property

@@ -19,9 +19,9 @@ from luxloop.scenarios.document.document import (
     Paragraph,
     Preformatted,
     Section,
+    json_data,
 )
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.json_text import json_data
 from luxloop.scenarios.document.palette import BLUE, INK, LINE, MUTED
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from luxloop.scenarios.document.document import Answer
 from luxloop.scenarios.document.terminal import COLORS
-from luxloop.scenarios.files import known_failure
+from luxloop.scenarios.files import expect
 from luxloop.scenarios.files.expect import Check, unmet
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
@@ -250,7 +250,7 @@ def _cause(result: Result, check: Check) -> str:
     if check.metric.reason:
         return check.metric.reason
     if check.outcome == "known failure":
-        return known_failure.cause_of(check.limit.known_failure)
+        return expect.cause_of(check.limit.known_failure)
     worse = "worse than known; " if check.known else ""
     worst = worst_frames(result, check.name, count=1)
     return f"FAILED: {worse}" + (

@@ -23,7 +23,7 @@ from support.scripts import load_script
 
 import luxloop
 from luxloop.scenarios.cli import app, main
-from luxloop.scenarios.control import safety
+from luxloop.scenarios.control import ego_driver
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import emergence, frame_tables, occlusions
@@ -422,7 +422,7 @@ def test_every_column_of_emergence_is_listed():
 
 
 def test_every_column_of_a_controlled_ego_s_drive_is_listed():
-    assert ["frame", "time_s", *names_in_rows(section(RESULTS, "control"))] == [*safety.COLUMNS, "driver"]
+    assert ["frame", "time_s", *names_in_rows(section(RESULTS, "control"))] == [*ego_driver.COLUMNS, "driver"]
 
 
 def names_in_rows(text: str) -> list[str]:

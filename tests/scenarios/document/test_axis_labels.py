@@ -9,8 +9,8 @@ from support import recorded, short_run
 from support.paths import ROOT
 
 from luxloop.scenarios.compare import baseline_file
-from luxloop.scenarios.compare.change_figure import change_figure
 from luxloop.scenarios.compare.comparison import compare
+from luxloop.scenarios.compare.comparison_document import change_figure
 from luxloop.scenarios.compare.run_pairs import Side, pair
 from luxloop.scenarios.compare.trends import suite_figures, trends
 from luxloop.scenarios.document.figure import Figure

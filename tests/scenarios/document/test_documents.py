@@ -23,9 +23,9 @@ from luxloop.scenarios.document.document import (
     Span,
     Table,
     code,
+    json_text,
 )
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.json_text import json_text
 
 HOSTILE = "<b>|`_&"
 

@@ -12,8 +12,7 @@ from luxloop.scenarios.statistics.intervals import mid_p_interval
 from luxloop.scenarios.study.curves import differences, estimates, levels, measured, seed_dots
 from luxloop.scenarios.study.figures import picture
 from luxloop.scenarios.study.study_file import Study
-from luxloop.scenarios.study.study_page import REPORT, numbers, report
-from luxloop.scenarios.study.study_tables import point_runs
+from luxloop.scenarios.study.study_page import REPORT, numbers, point_runs, report
 from luxloop.scenarios.study.sweep_runs import Sweep
 
 STUDY = """
