@@ -7,15 +7,13 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from rich.console import Group, RenderableType
-from rich.table import Table
-from rich.text import Text
-
 from luxloop.scenarios.authoring.traffic_input import is_unknown, read_input
+from luxloop.scenarios.document.document import Answer, Block, Document, Paragraph, Section, Style, Table, code
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import DEFAULT_SEED, RigChoice, Scenario
 from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.report.cells import counted
 from luxloop.scenarios.run import progress
 from luxloop.sensor_model.rig.rig import load_rig
 from luxloop.sim.candidates.candidate_log import CandidateLog
@@ -147,6 +145,10 @@ def survey_source(
     return SourceSurvey(candidates, *ranges, left_out)
 
 
+NOTE = (
+    "Other vehicles are counted in two ranges. + after a stay: still there at the end of the survey. "
+    "Occluded: share of near vehicles behind another one, seen from above."
+)
 UNITS = {
     "enters_s": "s", "stay_s": "s", "distance_m": "m", "neighbours": "1", "near": "1", "turns": "1", "stops": "count",
     "occlusion": "1",
@@ -157,36 +159,35 @@ WANTED_COLUMN = {
 }  # fmt: skip
 
 
-def table(found: Candidates, rows: list[int], want: Want, ranges: tuple[float, float]) -> RenderableType:
-    """Return the table of some candidates, in this order.
+def candidates_document(survey: SourceSurvey, rows: list[int], want: Want, source: str) -> Document:
+    """Return the candidates `rows` of a source, in this order, and how to take the first of them."""
+    found = survey.candidates
+    rejected = int((~found.suitable).sum())
+    more = f", {rejected} of which cannot carry the rig" if rejected else ""
+    blocks: list[Block] = [_table(survey, rows, want), Paragraph(NOTE, "dim")] if rows else []
+    blocks += map(Paragraph, survey.left_out)
+    if rows and not found.bodies[rows[0]].rejected:
+        ego = f'ego = "vehicle:{found.bodies[rows[0]].name}"'
+        blocks.append(Paragraph(("For a scenario: ", code(f"{ego}, or luxloop new {source} --out FILE.toml"))))
+    answer = Answer(f"{counted(len(found), 'vehicle')} entered{more}")
+    return Document(f"Candidates of {source}", answer, [], [Section("candidates", "Candidates", blocks)])
 
-    Parameters
-    ----------
-    found, rows
-        Candidates, and those that are shown.
-    want
-        What they are ordered by.
-    ranges
-        Sensor range and range of grading [m].
-    """
-    shown = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+
+def _table(survey: SourceSurvey, rows: list[int], want: Want) -> Table:
+    sensor_m, grading_m = survey.sensor_range_m, survey.grading_range_m
     heads = {
-        "ego": "vehicle", "class": "class", "enters_s": "enters [s]", "stay_s": "stays [s]", "distance_m": "drives [m]",
-        "neighbours": f"in {ranges[0]:g} m", "near": f"in {ranges[1]:g} m", "turns": "turns [%]", "stops": "stops",
-        "occlusion": "occluded [%]", "suitable": "ego?",
+        "ego": "vehicle", "class": "class", "enters_s": "enters\n[s]", "stay_s": "stays\n[s]", "distance_m": "drives\n[m]",
+        "neighbours": f"in\n{sensor_m:g} m", "near": f"in\n{grading_m:g} m", "turns": "turns\n[%]", "stops": "stops",
+        "occlusion": "occluded\n[%]", "suitable": "ego?",
     }  # fmt: skip
+    table = Table("")
     for name, head in heads.items():
-        text = name in ("ego", "class", "suitable")
-        style = "bold" if name in (WANTED_COLUMN[want], "ego") else ""
-        word = max(map(len, head.split()))  # rich would cut it where the table is narrow
-        shown.add_column(head, justify="left" if text else "right", style=style, no_wrap=text, min_width=word)
+        words = name in ("ego", "class", "suitable")
+        style: Style = "bold" if name in (WANTED_COLUMN[want], "ego") else ""
+        table.add_column(head, justify="left" if words else "right", style=style, no_wrap=True)
     for row in rows:
-        shown.add_row(*_cells(document(found, row)))
-    note = (
-        "Other vehicles are counted in two ranges. + after a stay: still there at the end of the survey. "
-        "Occluded: share of near vehicles behind another one, seen from above."
-    )
-    return Group(shown, Text(f"\n{note}", style="dim"))
+        table.add_row(*_cells(document(survey.candidates, row)))
+    return table
 
 
 def document(found: Candidates, row: int) -> dict[str, Any]:

@@ -69,15 +69,15 @@ def show_table(head: tuple[str, ...], lines: Sequence[tuple[str, ...]]) -> None:
         for line in (head, *lines):
             print("  ".join(f"{cell:{width}}" for cell, width in zip(line, widths, strict=True)).rstrip())
         return
-    from rich.console import Console
-    from rich.table import Table
+    from luxloop.scenarios.document.document import Table
+    from luxloop.scenarios.report import text
 
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    table = Table("")
     for name in head:
-        table.add_column(name, overflow="fold", no_wrap=name == "name")
+        table.add_column(name, no_wrap=name == "name")
     for line in lines:
         table.add_row(*line)
-    Console(markup=False, emoji=False, highlight=False).print(table)
+    text.show(table)
 
 
 EXAMPLES = """\

@@ -45,27 +45,19 @@ def egos(
     import json
 
     from luxloop.scenarios.authoring import ego_survey
-    from luxloop.scenarios.authoring.ego_survey import survey_source
     from luxloop.scenarios.report import text
-    from luxloop.scenarios.report.cells import counted
     from luxloop.scenarios.run.progress import hidden
 
     with hidden(quiet or as_json):
-        survey = survey_source(source, routes or [], begin, window, seed)
-    found, ranges = survey.candidates, (survey.sensor_range_m, survey.grading_range_m)
+        survey = ego_survey.survey_source(source, routes or [], begin, window, seed)
+    found = survey.candidates
     rows = [int(row) for row in found.order(want, stay) if any_class or not found.bodies[row].rejected][:top]
-    rejected = int((~found.suitable).sum())
     if as_json:
         entries = [ego_survey.document(found, row) for row in rows]
         head = {"source": source, "want": want.value, "left_out": survey.left_out, "vehicles": len(found)}
         print(json.dumps({**head, "candidates": entries}))
-        return
-    if rows:
-        text.show(ego_survey.table(found, rows, want, ranges))
-    more = f", {rejected} of which cannot carry the rig" if rejected else ""
-    print("\n".join([f"{counted(len(found), 'vehicle')} entered{more}.", *survey.left_out]))
-    if rows and not found.bodies[rows[0]].rejected:
-        print(f'For a scenario: ego = "vehicle:{found.bodies[rows[0]].name}", or luxloop new {source} --out FILE.toml')
+    else:
+        text.show(ego_survey.candidates_document(survey, rows, want, source))
 
 
 def new(

@@ -11,12 +11,12 @@ def check_tracker(
     tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as for `luxloop run --tracker`.")],
 ) -> None:
     """Check that a tracker keeps the interface contract, with real and degenerate scans."""
-    from luxloop.scenarios.check_tracker.sequence_checks import drives, examine, table
+    from luxloop.scenarios.check_tracker.sequence_checks import checks_document, drives, examine
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import device
 
     findings = examine(device.load(tracker), drives())
-    text.show(table(findings, tracker))
+    text.show(checks_document(findings, tracker))
     raise typer.Exit(0 if findings.passed else 1)
 
 

@@ -29,6 +29,7 @@ from luxloop.scenarios.document.document import (
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import BAD, FAINT, GOOD, INK, LINE, PANEL, WARN
 from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.metrics.main_figures import POOLED
 from luxloop.scenarios.report.cells import NONE, table_of
 from luxloop.scenarios.statistics.intervals import TOO_FEW
 
@@ -92,11 +93,6 @@ STYLES: dict[str, Style] = {
     "better": "good", "mended": "good",
 }  # fmt: skip
 """Colour of the verdict on a metric, and of the fate of an expectation."""
-KEY_METRICS = {
-    "track.hota": "HOTA", "track.missed_share": "missed", "track.false_share": "false",
-    "track.id_switch_rate": "id switches", "fit.heading_abs_mean_deg": "fit heading [deg]",
-}  # fmt: skip
-"""Metrics of single runs, with short names."""
 
 
 def comparison_document(comparison: Comparison, base: str, head: str) -> Document:
@@ -234,11 +230,11 @@ def compared_runs(comparison: Comparison) -> list[str]:
 
 def run_table(pairs: Sequence[Pair]) -> Table:
     """Return BASE's and HEAD's key metrics of each pair of runs, those with the largest loss of HOTA first."""
-    metrics = [metric for metric in COMPARED_METRICS if metric.name in KEY_METRICS]
+    metrics = [metric for metric in COMPARED_METRICS if metric.name in POOLED]
     table = Table("BASE to HEAD")
     table.add_column("run")
     table.add_column("tracks")
-    for name in ("vehicles", *(KEY_METRICS[metric.name] for metric in metrics)):
+    for name in ("vehicles", *(POOLED[metric.name] for metric in metrics)):
         table.add_column(name, justify="right")
     rows = sorted(((_loss(pair, metrics[0]), pair) for pair in pairs), key=lambda row: -row[0])
     for _, pair in rows:

@@ -33,18 +33,14 @@ from luxloop.scenarios.document.document import (
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import BAD, BLUE, GOOD, WARN
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.metrics.main_figures import POOLED
 from luxloop.scenarios.report.cells import NONE, counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 
-TITLES = {
-    "track.hota": "HOTA", "track.idf1": "IDF1", "track.missed_share": "missed", "track.false_share": "false",
-    "track.id_switch_rate": "id switches", "fit.heading_abs_mean_deg": "fit heading [deg]",
-}  # fmt: skip
-"""Key metrics with short names."""
-KEY_METRICS = tuple(metric for metric in COMPARED_METRICS if metric.name in TITLES)
+KEY_METRICS = tuple(metric for metric in COMPARED_METRICS if metric.name in POOLED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,7 +125,7 @@ def _verdicts(before: Side, after: Side) -> dict[str, MetricVerdict]:
         comparison = compare(run_pairs.pair(before, after))
     except InputError:  # no pair can be compared
         return {}
-    return {change.metric.name: change.verdict for change in comparison.changes if change.metric.name in TITLES}
+    return {change.metric.name: change.verdict for change in comparison.changes if change.metric.name in POOLED}
 
 
 COLORS: dict[MetricVerdict, str] = {"worse": BAD, "lost": BAD, "better": GOOD, "unclear": WARN}
@@ -160,7 +156,7 @@ def _suite_figure(trends: Trends, number: int, metric: ComparedMetric) -> Figure
         axes.set(xlim=(-0.3, len(shown) - 0.7), ylim=(low, high))
         axes.set_xticks(at, [_axis_label(label) for label in trends.labels], rotation=30, ha="right", fontsize=7.5)
 
-    title = f"{TITLES[metric.name]}: {metric.better} is better"
+    title = f"{POOLED[metric.name]}: {metric.better} is better"
     return Figure(f"suite-{number}", title, f"{metric.name} of all common runs together.", (5.0, 2.9), on)
 
 
@@ -263,7 +259,7 @@ def suite_table(trends: Trends) -> Table:
     table = Table(f"All {len(trends.common)} common runs together")
     table.add_column("baseline")
     for metric in KEY_METRICS:
-        table.add_column(TITLES[metric.name], justify="right")
+        table.add_column(POOLED[metric.name], justify="right")
     for label, found, verdicts in zip(trends.labels, trends.suite, trends.verdicts, strict=True):
         cells = []
         for metric, value in zip(KEY_METRICS, found, strict=True):
@@ -277,7 +273,7 @@ def suite_table(trends: Trends) -> Table:
 def _scenarios(trends: Trends) -> Table:
     """Return a row per scenario, with a small line for each metric."""
     table = Table("")
-    for name in ("scenario", *(TITLES[metric.name] for metric in KEY_METRICS)):
+    for name in ("scenario", *(POOLED[metric.name] for metric in KEY_METRICS)):
         table.add_column(name)
     for scenario in _order(trends):
         table.add_row(scenario, *_lines(trends, scenario))
@@ -301,7 +297,7 @@ def _lines(trends: Trends, scenario: str) -> list[Words]:
     for metric, found in zip(KEY_METRICS, trends.scenarios[scenario].T, strict=True):
         seen = found[np.isfinite(found)]
         texts = [_shown(float(value)) for value in found]
-        name = f"{TITLES[metric.name]} of {scenario}: {', '.join(texts)}"
+        name = f"{POOLED[metric.name]} of {scenario}: {', '.join(texts)}"
         line = small_line(found, trends.changed.get(scenario, []), metric, name)
         change = f" {_change(found):+.3f}" if len(seen) > 1 else ""
         cells.append((Span(_shown(float(seen[-1])) if len(seen) else NONE, drawing=line), Span(change, "dim")))

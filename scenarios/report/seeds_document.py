@@ -11,10 +11,11 @@ from rich.text import Text
 
 from luxloop.scenarios.document.document import Answer, Document, Section, Span, Style, Table
 from luxloop.scenarios.files.expect import Check, unmet
+from luxloop.scenarios.metrics.main_figures import OF_RUNS, ON_FIRST_SCREEN
 from luxloop.scenarios.report import first_screen, text
 from luxloop.scenarios.report.cells import NONE, exceeded, table_of, value_of
-from luxloop.scenarios.report.first_screen import FIGURES, LINES, MOST_FIGURES, Screen
-from luxloop.scenarios.report.html.reported_run import STYLES, SUITE_METRICS
+from luxloop.scenarios.report.first_screen import LINES, MOST_FIGURES, Screen
+from luxloop.scenarios.report.html.reported_run import STYLES
 from luxloop.scenarios.result import Result
 
 WORST_FIRST = ("broken tracker", "failed", "incomplete", "no limits", "passed")
@@ -74,11 +75,11 @@ def statistics_of(results: Sequence[Result], name: str) -> dict[str, Any]:
 
 
 def _each(results: Sequence[Result], verdicts: Mapping[int, str]) -> Table:
-    table = table_of("Each seed", "seed", *SUITE_METRICS.values())
+    table = table_of("Each seed", "seed", *OF_RUNS.values())
     table.add_column("verdict", no_wrap=True)
     by_seed = {result.seed: result for result in results}
     for seed, verdict in verdicts.items():
-        values = [value_of(by_seed[seed].metrics[name]) if seed in by_seed else NONE for name in SUITE_METRICS]
+        values = [value_of(by_seed[seed].metrics[name]) if seed in by_seed else NONE for name in OF_RUNS]
         table.add_row(str(seed), *values, Span(verdict, STYLE_OF[verdict]))
     return table
 
@@ -86,7 +87,7 @@ def _each(results: Sequence[Result], verdicts: Mapping[int, str]) -> Table:
 def _spread(results: Sequence[Result]) -> Table:
     """Return means and spreads of the main metrics and of those with expectations."""
     table = table_of("Over the seeds", "metric", "mean", "std", "least", "largest", "seeds")
-    names = dict.fromkeys([*SUITE_METRICS, *(name for result in results for name in result.config["expect"])])
+    names = dict.fromkeys([*OF_RUNS, *(name for result in results for name in result.config["expect"])])
     for name in names if results else ():
         found = statistics_of(results, name)
         cells = [_number(found[part]) for part in ("mean", "std", "min", "max")]
@@ -133,10 +134,13 @@ def screen(done: Runs, verdicts: Mapping[int, str], columns: int, *, recorded: b
 
 def _figures(done: Runs) -> Screen:
     """Return mean, spread and range over the seeds of the main figures."""
-    found = {name: statistics_of(list(done.values()), name) for name in FIGURES}
+    found = {name: statistics_of(list(done.values()), name) for name in ON_FIRST_SCREEN}
     shown = [name for name, figure in found.items() if figure["seeds"]][:MOST_FIGURES]
     parts = ("mean", "std", "min", "max")
-    rows = [(FIGURES[name], *(first_screen.figure_text(name, found[name][part]) for part in parts)) for name in shown]
+    rows = [
+        (ON_FIRST_SCREEN[name], *(first_screen.figure_text(name, found[name][part]) for part in parts))
+        for name in shown
+    ]
     return first_screen.table(("Main figures", "mean", "std", "least", "largest"), rows) if rows else []
 
 

@@ -11,8 +11,9 @@ from rich.measure import Measurement
 from luxloop.scenarios.document import html
 from luxloop.scenarios.document.document import Document, Section
 from luxloop.scenarios.files.expect import ranked
+from luxloop.scenarios.metrics.main_figures import OF_RUNS
 from luxloop.scenarios.report.cells import interval_of, table_of, with_unit
-from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun, answer
+from luxloop.scenarios.report.html.reported_run import ReportedRun, answer
 from luxloop.scenarios.report.run_document import expectations, run_document
 from luxloop.scenarios.result import Result
 
@@ -58,7 +59,7 @@ def result_html(result: Result) -> str:
     unmet = [check for check in ranked(result.checks) if not check.holds]
     named = {check.name for check in unmet}
     main = table_of("Main metrics", "metric", "value", "95 %")
-    for name in SUITE_METRICS:
+    for name in OF_RUNS:
         if name in result.metrics and name not in named:
             main.add_row(name, with_unit(result.metrics[name]), interval_of(result.metrics[name]))
     title = f"{result.scenario}, seed {result.seed}, {result.frames} frames"

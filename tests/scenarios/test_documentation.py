@@ -44,6 +44,7 @@ from luxloop.scenarios.metrics.definitions import (
     WITHIN_DEG,
 )
 from luxloop.scenarios.metrics.former_names import FORMER, present_name
+from luxloop.scenarios.metrics.main_figures import ON_FIRST_SCREEN
 from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
@@ -205,7 +206,7 @@ def test_pages_show_the_first_screen_as_it_is_printed(page):
     failing = {line.split()[0]: line for line in lines if " < " in line or " > " in line}
     assert set(failing) == {name for name, limit in expect.items() if limit.known_failure}, again
     title = next(k for k, line in enumerate(lines) if line.startswith("Main figures"))
-    labels = list(first_screen.FIGURES.values())[: first_screen.MOST_FIGURES]
+    labels = list(ON_FIRST_SCREEN.values())[: first_screen.MOST_FIGURES]
     assert [re.split(r"  +", line.strip())[0] for line in lines[title + 1 : title + 1 + len(labels)]] == labels, again
     commands = first_screen.commands_of(Path("runs/sumo-crossing-seed1"), recorded=True)
     assert lines[-2:] == [line.plain for line in first_screen.next_commands(commands, refresh.COLUMNS)], again

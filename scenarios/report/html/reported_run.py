@@ -10,6 +10,7 @@ from luxloop.scenarios.document.document import Answer, Span, Style
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.expect import Check, ExpectationOutcome, RunVerdict, ranked, unmet, verdict
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
+from luxloop.scenarios.metrics.main_figures import OF_RUNS
 from luxloop.scenarios.report.cells import counted, with_unit
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
@@ -53,17 +54,6 @@ def _held(checks: Sequence[Check]) -> str:
     said += f", {counted(count['known failure'], 'known failure')}" if count["known failure"] else ""
     return said + (f", {count['not applicable']} not applicable" if count["not applicable"] else "")
 
-
-SUITE_METRICS = {
-    "track.hota": "HOTA",
-    "track.idf1": "IDF1",
-    "track.missed": "missed",
-    "track.false": "false",
-    "track.id_switches": "id switches",
-    "fit.heading_abs_mean_deg": "fit heading",
-    "perf.realtime_factor": "x real time",
-}
-"""Main metrics of a run, with short names."""
 
 IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+|[\w-]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
@@ -131,7 +121,7 @@ class ReportedRun:
     @property
     def headlines(self) -> dict[str, str]:
         """Values of the main metrics by their short names."""
-        return {name: with_unit(self.result.metrics[metric]) for metric, name in SUITE_METRICS.items()}
+        return {name: with_unit(self.result.metrics[metric]) for metric, name in OF_RUNS.items()}
 
     @property
     def unmet(self) -> list[str]:

@@ -24,9 +24,10 @@ from luxloop.scenarios.document.figure import Figure, note
 from luxloop.scenarios.document.palette import BAD, GOOD, LINE, MUTED, WARN
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files.expect import RunVerdict
+from luxloop.scenarios.metrics.main_figures import OF_RUNS
 from luxloop.scenarios.report.cells import counted, with_unit
 from luxloop.scenarios.report.html.birdseye import birdseye
-from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun, run_badge
+from luxloop.scenarios.report.html.reported_run import ReportedRun, run_badge
 from luxloop.scenarios.report.html.shown_frames import frame_points, shown_frames
 from luxloop.scenarios.report.run_document import PICTURE_LEGEND, expectations
 from luxloop.scenarios.run import run_folder
@@ -180,7 +181,7 @@ def _all(runs: Sequence[RunSection]) -> Table:
     table = Table("")
     for name in ("run", "family", "verdict"):
         table.add_column(name)
-    for name in ("hold", *SUITE_METRICS.values(), "simulated"):
+    for name in ("hold", *OF_RUNS.values(), "simulated"):
         table.add_column(name, justify="right")
     for one in runs:
         run, checks = one.run, one.run.checks

@@ -28,10 +28,11 @@ from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files.expect import Check
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import REPORTED_BANDS
+from luxloop.scenarios.metrics.main_figures import OF_RUNS
 from luxloop.scenarios.report.cells import interval_of, table_of, with_unit
 from luxloop.scenarios.report.html.birdseye import birdseye
 from luxloop.scenarios.report.html.frame_player import near, player
-from luxloop.scenarios.report.html.reported_run import OUTCOMES, SUITE_METRICS, ReportedRun, run_badge
+from luxloop.scenarios.report.html.reported_run import OUTCOMES, ReportedRun, run_badge
 from luxloop.scenarios.report.html.shown_frames import ShownFrame, ego_poses, frame_points, shown_frames
 from luxloop.scenarios.report.html.timelines import timelines
 from luxloop.scenarios.report.run_tables import BANDED_TABLES, TRACK_TABLES, band_label
@@ -156,7 +157,7 @@ NO_METRIC = Metric(None, "", 0, "the run does not have this metric")
 def tables(runs: Mapping[str, ReportedRun]) -> list[Table]:
     """Return the main metrics, the expectations, and the metrics of the tracks over the whole run."""
     return [
-        _metrics("Main metrics", runs, dict(SUITE_METRICS)),
+        _metrics("Main metrics", runs, OF_RUNS),
         _expectations(runs),
         *(
             _metrics(title, runs, {f"track.{name}": f"track.{name}" for name in names})
