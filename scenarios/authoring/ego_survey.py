@@ -176,7 +176,8 @@ def candidates_document(survey: SourceSurvey, rows: list[int], want: Want, sourc
 def _table(survey: SourceSurvey, rows: list[int], want: Want) -> Table:
     sensor_m, grading_m = survey.sensor_range_m, survey.grading_range_m
     heads = {
-        "ego": "vehicle", "class": "class", "enters_s": "enters\n[s]", "stay_s": "stays\n[s]", "distance_m": "drives\n[m]",
+        "ego": "vehicle", "class": "class", "enters_s": "enters\n[s]", "stay_s": "stays\n[s]",
+        "distance_m": "drives\n[m]",
         "neighbours": f"in\n{sensor_m:g} m", "near": f"in\n{grading_m:g} m", "turns": "turns\n[%]", "stops": "stops",
         "occlusion": "occluded\n[%]", "suitable": "ego?",
     }  # fmt: skip
