@@ -19,14 +19,14 @@ from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.report import paper_comparison
 from luxloop.scenarios.report.html.reported_run import ReportedRun
-from luxloop.scenarios.report.html.run_figures import (
+from luxloop.scenarios.report.html.run_page import (
     COVARIATES,
     errors_against,
     errors_by_class,
     most_mode_changes,
     observations,
+    run_page,
 )
-from luxloop.scenarios.report.html.run_page import run_page
 from luxloop.scenarios.report.html.suite_page import Broken, find_runs, suite_page
 from luxloop.scenarios.report.html.timelines import HIDDEN, MISSED, OUT, periods
 from luxloop.scenarios.run import device
