@@ -11,7 +11,8 @@ def check_tracker(
     tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as for `luxloop run --tracker`.")],
 ) -> None:
     """Check that a tracker keeps the interface contract, with real and degenerate scans."""
-    from luxloop.scenarios.check_tracker.sequence_checks import checks_document, drives, examine
+    from luxloop.scenarios.check_tracker.check_drives import drives
+    from luxloop.scenarios.check_tracker.sequence_checks import checks_document, examine
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import device
 
@@ -38,7 +39,7 @@ def warm_up(scenario: ScenarioName = SCENARIO, tracker: Tracker = None, quiet: Q
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.run import device, loop
     from luxloop.scenarios.run.progress import hidden
-    from luxloop.scenarios.run.warm_up import tracker_beside
+    from luxloop.scenarios.run.tracker_warm_up import tracker_beside
     from luxloop.sensor_model.rig.rig import load_rig
 
     loaded = Scenario.load(shipped.find(scenario), {"duration_s": SIMULATED_S})

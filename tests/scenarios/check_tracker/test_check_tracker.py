@@ -11,7 +11,8 @@ from support.paths import EXAMPLES
 from support.scripts import load_script
 
 from luxloop.scenarios.check_tracker import sequence_checks
-from luxloop.scenarios.check_tracker.sequence_checks import CHECKS, NullTracker, drives
+from luxloop.scenarios.check_tracker.check_drives import NullTracker, drives
+from luxloop.scenarios.check_tracker.sequence_checks import CHECKS
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.run.output_checks import OPTIONAL, SHAPES
 from luxloop.tracker.records import MODELS, Status, Tracks
