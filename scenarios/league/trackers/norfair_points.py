@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.scenarios.league.trackers.track_book import MakeDetector, TrackBook, VehicleBoxes
+from luxloop.scenarios.league.trackers.track_book import TrackBook
+from luxloop.scenarios.league.trackers.vehicle_boxes import MakeDetector, VehicleBoxes
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.records import Tracks
 from luxloop.tracker.scan import Scan

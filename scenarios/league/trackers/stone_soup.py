@@ -12,7 +12,8 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from luxloop.scenarios.league.trackers.track_book import MakeDetector, TrackBook, VehicleBoxes
+from luxloop.scenarios.league.trackers.track_book import TrackBook
+from luxloop.scenarios.league.trackers.vehicle_boxes import MakeDetector, VehicleBoxes
 from luxloop.tracker.arrays import Floats
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.records import Tracks

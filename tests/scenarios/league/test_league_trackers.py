@@ -13,7 +13,7 @@ need("league")
 from support.scripted_boxes import DT_S, ScriptedDetector, scans
 
 from luxloop.scenarios.league.entrants import Entrant, entrants
-from luxloop.scenarios.league.trackers.autoware_bicycle import BicycleFilter
+from luxloop.scenarios.league.trackers.bicycle_filter import BicycleFilter
 from luxloop.scenarios.league.trackers.paper_variant import paper_variant
 from luxloop.scenarios.run.device import REFERENCE
 from luxloop.tracker.records import Status
