@@ -20,7 +20,7 @@ import pandas as pd
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import find
 from luxloop.scenarios.metrics.definitions import VIEWS
-from luxloop.scenarios.report import paper_figures
+from luxloop.scenarios.report import paper_comparison
 from luxloop.scenarios.run import device, loop
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
@@ -83,7 +83,11 @@ TOGETHER = [
 ON_BASE = [Row(" + ".join(BASE), BASE)] + [Row(f"+ {kind}", (*BASE, kind)) for kind in KINDS if kind not in BASE]
 OTHER_SEEDS = [Row(f"{row.name.partition(':')[0]}, seed {seed}", row.kinds, seed)
                for row in (NONE, TOGETHER[1]) for seed in SEEDS]  # fmt: skip
-PAPERS_OWN = ["the paper's recordings", *(f"{paper_figures.HEADING_ABS_DEG[name][0]:.3f}" for name in CRITERIA), "5353"]
+PAPERS_OWN = [
+    "the paper's recordings",
+    *(f"{paper_comparison.HEADING_ABS_DEG[name][0]:.3f}" for name in CRITERIA),
+    "5353",
+]
 
 
 def main() -> None:

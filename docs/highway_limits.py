@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from luxloop.scenarios.grading.truth_events.bodies import Bodies
-from luxloop.scenarios.grading.truth_events.body_motion import MotionHistory
-from luxloop.scenarios.grading.truth_events.event_limits import ACCELERATION_MPS2, JERK_MPS3
+from luxloop.scenarios.grading.truth_events.bodies import Bodies, MotionHistory
+from luxloop.scenarios.grading.truth_events.truth_event import ACCELERATION_MPS2, JERK_MPS3
 from luxloop.sim.highway.environment import environments
 from luxloop.sim.highway.highway_config import MOTORIST, HighwayTraffic
 from luxloop.sim.highway.highway_source import HighwaySource

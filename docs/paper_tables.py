@@ -13,7 +13,7 @@ from pathlib import Path
 from fits.league_tables import markdown
 from marked_text import replace
 
-from luxloop.scenarios.document.words import plain
+from luxloop.scenarios.document.document import plain
 from luxloop.scenarios.interface import load_result
 from luxloop.scenarios.report.paper_comparison import TABLES, Sources, verdict
 

@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.league.drive import drives
-from luxloop.scenarios.league.drive_scans import SCANS, record
+from luxloop.scenarios.league.drive import SCANS, drives, record
 from luxloop.scenarios.league.entrants import Entrant, entrants
 from luxloop.scenarios.league.peers import PARAMETERS
 from luxloop.scenarios.league.trackers.autoware_fits import AutowareDetector

@@ -14,13 +14,11 @@ import typer.core
 from luxloop.plugins import ABILITIES, formats_that
 from luxloop.scenarios.commands import (
     compare,
-    egos,
     grade,
     import_,
     league,
     list_scenarios,
     look,
-    metrics,
     own_data,
     run,
     study,
@@ -77,7 +75,7 @@ def _with_formats(text: str) -> str:
 COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
     "Run": {
         "list": (list_scenarios.list_scenarios, "List the scenarios that ship."),
-        "metrics": (metrics.metrics, "List the metrics with their sentences."),
+        "metrics": (list_scenarios.metrics, "List the metrics with their sentences."),
         "run": (run.run, "Run a scenario and grade the tracker."),
         "grade": (grade.grade, "Grade recorded scans, or tracks and truth in files."),
         "check-tracker": (tools.check_tracker, "Check that a tracker keeps the interface contract."),
@@ -102,7 +100,7 @@ COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
     },
     "Own data": {
         "new": (own_data.new, "Write a scenario file for a SUMO net or a recording."),
-        "egos": (egos.egos, "List candidates for the ego in SUMO traffic."),
+        "egos": (own_data.egos, "List candidates for the ego in SUMO traffic."),
         "import": (import_.import_, "Make recorded scans of a real recording."),
         "track": (track.track, "Run a tracker over recorded scans."),
         "export": (own_data.export, "Write a run in the format of other programs."),

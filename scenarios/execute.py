@@ -10,7 +10,7 @@ from pathlib import Path
 from luxloop.scenarios.dataset import writer as dataset
 from luxloop.scenarios.dataset.writer import DatasetWriter
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import loop, run_folder
 from luxloop.scenarios.run.device import SHIPPED, DeviceFactory, name_of, short_name

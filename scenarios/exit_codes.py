@@ -31,10 +31,8 @@ def explain(error: BaseException) -> tuple[ExitCode, str]:
     from luxloop.sensor_model.rig.rig import RigError
     from luxloop.sim.source import SimulatorFailedError, TrafficError
 
-    if isinstance(error, OSError) and disk_errors.is_full(error):
-        return ExitCode.BAD_INPUT, disk_errors.full_message(error)
-    if isinstance(error, OSError) and disk_errors.is_refused(error):
-        return ExitCode.BAD_INPUT, disk_errors.refused_message(error)
+    if message := disk_errors.message(error):
+        return ExitCode.BAD_INPUT, message
     if isinstance(error, SimulatorFailedError):
         return ExitCode.SIMULATOR_FAILED, str(error)
     if isinstance(error, ContractError):

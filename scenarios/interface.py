@@ -276,9 +276,9 @@ def compare(base: Runs, head: Runs, *, loss: float = STATED_LOSS) -> "Comparison
     luxloop.Error
         A side has no run or a damaged one, or no pair of runs can be compared.
     """
-    from luxloop.scenarios.compare import comparison, run_pairs, sides
+    from luxloop.scenarios.compare import comparison, run_pairs
 
-    return comparison.compare(run_pairs.pair(sides.of(base, "BASE"), sides.of(head, "HEAD")), loss)
+    return comparison.compare(run_pairs.pair(run_pairs.side_of(base, "BASE"), run_pairs.side_of(head, "HEAD")), loss)
 
 
 def cores() -> int:

@@ -102,6 +102,6 @@ class Result:
 
     def _repr_html_(self) -> str:
         """Return verdict, unmet expectations and main metrics as HTML, for notebooks."""
-        from luxloop.scenarios.report.notebook import result_html
+        from luxloop.scenarios.report.text import result_html
 
         return result_html(self)

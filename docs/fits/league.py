@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from fits.observations import groups
 
-from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.intervals import Interval
 from luxloop.scenarios.statistics.jackknife import ANY, ratio_interval
 from luxloop.tracker.records import METHODS
 

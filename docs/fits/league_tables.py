@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from fits.league import Standing
 
-from luxloop.scenarios.statistics.confidence import FEWEST_CLUSTERS
+from luxloop.scenarios.statistics.intervals import FEWEST_CLUSTERS
 from luxloop.tracker.records import METHODS
 
 SHOWN = (*METHODS, "best", "oracle")

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from luxloop.scenarios.document.figure import STYLE
 from luxloop.scenarios.document.palette import BLUE, FAINT, GREEN, INK, PAGE, RED, SKY
-from luxloop.scenarios.report.html.fit_figures import METHOD_LOOKS
+from luxloop.scenarios.report.html.run_page import METHOD_LOOKS
 from luxloop.tracker.records import METHODS
 
 COLUMNS = 4

@@ -11,10 +11,10 @@ from intervals.seed_coverage import Coverage, of_intervals
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
 from luxloop.scenarios.compare.resampling import difference_interval
-from luxloop.scenarios.compare.sides import read
+from luxloop.scenarios.compare.run_pairs import read_side
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS
 from luxloop.scenarios.metrics.definitions import find_metric
-from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.intervals import Interval
 from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
 BASELINE = Path(__file__).parents[2] / "scenarios" / "baseline" / "catalog.jsonl"
@@ -31,7 +31,7 @@ Rows = Iterator[tuple[str, list[Coverage]]]
 
 def vehicle_coverage(numbers: tuple[int, ...], draws: int) -> Rows:
     """Yield a row per metric, with its coverage for runs of these numbers of vehicles."""
-    population = np.vstack([run.vehicles.columns() for run in read(BASELINE).runs.values()])
+    population = np.vstack([run.vehicles.columns() for run in read_side(BASELINE).runs.values()])
     for name in METRICS:
         metric = BY_NAME[name]
         seen = population[metric.observations(population) > 0.0]

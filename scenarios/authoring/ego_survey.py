@@ -1,21 +1,25 @@
-"""Survey of SUMO traffic, for `luxloop egos` and `luxloop new`."""
+"""Survey of SUMO traffic for `luxloop egos` and `luxloop new`, and the table of candidates."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 from luxloop.scenarios.authoring.traffic_input import is_unknown, read_input
+from luxloop.scenarios.document.document import Answer, Block, Document, Paragraph, Section, Style, Table, code
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import DEFAULT_SEED, RigChoice, Scenario
 from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.report.cells import counted
 from luxloop.scenarios.run import progress
 from luxloop.sensor_model.rig.rig import load_rig
 from luxloop.sim.candidates.candidate_log import CandidateLog
 from luxloop.sim.candidates.candidates import Candidates
 from luxloop.sim.candidates.moment import Moment
+from luxloop.sim.candidates.want import Want
 from luxloop.sim.factory import make_survey
 from luxloop.sim.highway.environment import environments
 from luxloop.sim.process.process_source import ProcessSource
@@ -139,3 +143,80 @@ def survey_source(
         traffic = replace(traffic, begin_s=begin_s)
     candidates = survey(traffic, folder, DEFAULT_SEED if seed is None else seed, window_s, *ranges)
     return SourceSurvey(candidates, *ranges, left_out)
+
+
+NOTE = (
+    "Other vehicles are counted in two ranges. + after a stay: still there at the end of the survey. "
+    "Occluded: share of near vehicles behind another one, seen from above."
+)
+UNITS = {
+    "enters_s": "s", "stay_s": "s", "distance_m": "m", "neighbours": "1", "near": "1", "turns": "1", "stops": "count",
+    "occlusion": "1",
+}  # fmt: skip
+"""Columns with units."""
+WANTED_COLUMN = {
+    Want.NEIGHBOURS: "near", Want.TURNS: "turns", Want.STOPS: "stops", Want.OCCLUSION: "occlusion", Want.LONG: "stay_s"
+}  # fmt: skip
+
+
+def candidates_document(survey: SourceSurvey, rows: list[int], want: Want, source: str) -> Document:
+    """Return the candidates `rows` of a source, in this order, and how to take the first of them."""
+    found = survey.candidates
+    rejected = int((~found.suitable).sum())
+    more = f", {rejected} of which cannot carry the rig" if rejected else ""
+    blocks: list[Block] = [_table(survey, rows, want), Paragraph(NOTE, "dim")] if rows else []
+    blocks += map(Paragraph, survey.left_out)
+    if rows and not found.bodies[rows[0]].rejected:
+        ego = f'ego = "vehicle:{found.bodies[rows[0]].name}"'
+        blocks.append(Paragraph(("For a scenario: ", code(f"{ego}, or luxloop new {source} --out FILE.toml"))))
+    answer = Answer(f"{counted(len(found), 'vehicle')} entered{more}")
+    return Document(f"Candidates of {source}", answer, [], [Section("candidates", "Candidates", blocks)])
+
+
+def _table(survey: SourceSurvey, rows: list[int], want: Want) -> Table:
+    sensor_m, grading_m = survey.sensor_range_m, survey.grading_range_m
+    heads = {
+        "ego": "vehicle", "class": "class", "enters_s": "enters\n[s]", "stay_s": "stays\n[s]",
+        "distance_m": "drives\n[m]",
+        "neighbours": f"in\n{sensor_m:g} m", "near": f"in\n{grading_m:g} m", "turns": "turns\n[%]", "stops": "stops",
+        "occlusion": "occluded\n[%]", "suitable": "ego?",
+    }  # fmt: skip
+    table = Table("")
+    for name, head in heads.items():
+        words = name in ("ego", "class", "suitable")
+        style: Style = "bold" if name in (WANTED_COLUMN[want], "ego") else ""
+        table.add_column(head, justify="left" if words else "right", style=style, no_wrap=True)
+    for row in rows:
+        table.add_row(*_cells(document(survey.candidates, row)))
+    return table
+
+
+def document(found: Candidates, row: int) -> dict[str, Any]:
+    """Return a candidate for `--json`."""
+    body = found.bodies[row]
+    figures = {name: round(float(getattr(found, name)[row]), 3) for name in UNITS}
+    return {
+        "ego": body.name,
+        "class": body.vehicle_class,
+        "suitable": not body.rejected,
+        **figures,
+        "stops": int(found.stops[row]),
+        "leaves": bool(found.leaves[row]),
+    }
+
+
+def _cells(entry: dict[str, Any]) -> list[str]:
+    more = "" if entry["leaves"] else "+"
+    return [
+        entry["ego"],
+        entry["class"],
+        f"{entry['enters_s']:.0f}",
+        f"{entry['stay_s']:.0f}{more}",
+        f"{entry['distance_m']:.0f}",
+        f"{entry['neighbours']:.1f}",
+        f"{entry['near']:.1f}",
+        f"{100 * entry['turns']:.0f}",
+        f"{entry['stops']}",
+        f"{100 * entry['occlusion']:.0f}",
+        "yes" if entry["suitable"] else "no",
+    ]

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.scenarios.authoring.draft import Draft, DraftOptions
-from luxloop.scenarios.authoring.draft_sources import highway_drafts, recording_drafts, sumo_drafts
+from luxloop.scenarios.authoring.draft import Draft, DraftOptions, highway_drafts, recording_drafts, sumo_drafts
 from luxloop.scenarios.authoring.ego_survey import sensor_range
 from luxloop.scenarios.authoring.traffic_input import read_input, refuse_scenario
 from luxloop.scenarios.errors import InputError, OutputError

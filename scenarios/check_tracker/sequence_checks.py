@@ -6,12 +6,8 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any
 
-from rich import box
-from rich.console import Group, RenderableType
-from rich.table import Table
-from rich.text import Text
-
 from luxloop.scenarios.check_tracker.check_drives import CheckDrive
+from luxloop.scenarios.document.document import Answer, Document, Section, Span, Table
 from luxloop.scenarios.run.device import Device
 from luxloop.scenarios.run.output_checks import (
     Fault,
@@ -221,23 +217,23 @@ def _message(error: BaseException) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())} ({last.filename}:{last.lineno})"
 
 
-def table(findings: Findings, name: str) -> RenderableType:
-    """Return a table with one row per check; failed checks show the fault, its location and the remedy."""
-    rows = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    rows.add_column("check", no_wrap=True)
-    rows.add_column("")
-    rows.add_column("", overflow="fold")
+def checks_document(findings: Findings, name: str) -> Document:
+    """Return the checks of a tracker; failed ones show the fault, its location and the remedy."""
+    failed = sum(bool(findings.of(check)) for check in CHECKS)
+    said = f"{name} fails {failed} of {len(CHECKS)} checks" if failed else f"{name} meets the contract"
+    answer = Answer(said, "passed" if findings.passed else "failed", "good" if findings.passed else "bad")
+    table = Table("")
+    table.add_column("check", no_wrap=True)
+    table.add_column("")
+    table.add_column("")
     for check, remedy in CHECKS.items():
         faults = findings.of(check)
         if faults:
             first, others = faults[0], f" (and {len(faults) - 1} more times)" if len(faults) > 1 else ""
             message = f"{first.what}; in {first.where}{others}; {remedy}"
-            rows.add_row(check, Text("FAILED", "bold red"), Text(message))
+            table.add_row(check, Span("failed", "bad", badge=True), message)
         elif check in findings.done:
-            rows.add_row(check, Text("passed", "green"), "")
+            table.add_row(check, Span("passed", "good"))
         else:
-            rows.add_row(check, Text("not done", "yellow"), Text("no data to check", "dim"))
-    failed = sum(bool(findings.of(check)) for check in CHECKS)
-    verdict = Text("PASSED", "bold green") if findings.passed else Text("FAILED", "bold red")
-    summary = f": {name} fails {failed} of {len(CHECKS)} checks" if failed else f": {name} meets the contract"
-    return Group(rows, verdict.append(summary, "not bold default"))
+            table.add_row(check, Span("not done", "warn"), Span("no data to check", "dim"))
+    return Document(f"Contract of {name}", answer, [], [Section("checks", "Checks", [table])])

@@ -33,15 +33,14 @@ def compare(
     Exit code: 0 if HEAD is the same or better, 1 if it is worse or newly fails, 5 if the runs cannot tell.
     """
     from luxloop.scenarios import interface
-    from luxloop.scenarios.compare import comparison_files
-    from luxloop.scenarios.compare.comparison_document import comparison_document
-    from luxloop.scenarios.document.json_text import json_text
+    from luxloop.scenarios.compare.comparison_document import comparison_document, files_of, write
+    from luxloop.scenarios.document.document import json_text
     from luxloop.scenarios.report import text
 
-    files = comparison_files.files_of(report) if report else []
+    files = files_of(report) if report else []
     comparison = interface.compare(base, head, loss=loss / 100.0)
     shown = comparison_document(comparison, str(base), str(head))
-    comparison_files.write(files, shown)
+    write(files, shown)
     if as_json:
         print(json_text(shown))
     elif not quiet:
@@ -57,10 +56,10 @@ def baseline(
 ) -> None:
     """Write a baseline file for `luxloop compare`. No other command changes one."""
     from luxloop.scenarios.compare import baseline_file as file
-    from luxloop.scenarios.compare import sides
+    from luxloop.scenarios.compare import run_pairs
     from luxloop.scenarios.compare.run_pairs import listed
 
-    side = sides.read_runs(runs)
+    side = run_pairs.read_runs(runs)
     before = {run.key: run for run in file.read(out)} if out.exists() else {}
     file.write(out, list(side.runs.values()))
     changed = [key for key in side.runs if key in before and side.runs[key].trace_hash != before[key].trace_hash]
@@ -83,13 +82,13 @@ def trends(
     out: Annotated[Path, typer.Option(metavar="FILE", help="The page to write.")] = Path("trends.html"),
 ) -> None:
     """Draw the key metrics over many baselines, of all runs together and of each scenario, on one page."""
-    from luxloop.scenarios.compare import sides
-    from luxloop.scenarios.compare.trend_values import trends as trends_of
-    from luxloop.scenarios.compare.trends_document import trends_document
+    from luxloop.scenarios.compare import run_pairs
+    from luxloop.scenarios.compare.trends import trends as trends_of
+    from luxloop.scenarios.compare.trends import trends_document
     from luxloop.scenarios.document import html
     from luxloop.scenarios.report import text
 
-    shown = trends_document(trends_of([sides.read(path) for path in baselines]))
+    shown = trends_document(trends_of([run_pairs.read_side(path) for path in baselines]))
     html.write(out, shown)
     text.show(shown)
     print(f"The page is {out}")

@@ -1,16 +1,170 @@
 """`luxloop grade`."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, Full, StepTimeout
-from luxloop.scenarios.commands.grade_files import BoxFiles, grade_files
-from luxloop.scenarios.commands.option_groups import given, grouped
+from luxloop.scenarios.commands.arguments import (
+    DEFAULT_STEP_TIMEOUT_S,
+    AsJson,
+    Full,
+    StepTimeout,
+    finite,
+    given,
+    grouped,
+    require_of,
+)
 
 if TYPE_CHECKING:
+    from luxloop.scenarios.exchange.paired_frames import BoxLimits, FrameMatching
     from luxloop.scenarios.result import Result
+
+
+FORMAT_HELP = "Its format: {read_boxes}; recognised if left out."
+HIT_IOU_MIN, GOSPA_CUTOFF_M, TIME_TOLERANCE_S = 0.5, 2.0, 1e-3
+"""Defaults of `luxloop.scenarios.exchange.paired_frames`, whose import is slower than the help."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoxFiles:
+    """Options of a grading of files."""
+
+    truth: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="File of true boxes, instead of RUN; see docs/formats.md.")
+    ] = None
+    fits: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="File of rectangles fitted to single frames; only with --truth."),
+    ] = None
+    truth_format: Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)] = None
+    tracks_format: Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)] = None
+    classes: Annotated[
+        str | None, typer.Option(metavar="NAME,...", help="Classes of the truth to grade; only with --truth.")
+    ] = None
+    hit_iou: Annotated[
+        float,
+        typer.Option(
+            metavar="IOU", callback=finite, help="Least overlap of a hit of MOTA and IDF1; only with --truth."
+        ),
+    ] = HIT_IOU_MIN
+    gospa_cutoff: Annotated[
+        float, typer.Option(metavar="M", callback=finite, help="Cut-off distance c of GOSPA; only with --truth.")
+    ] = GOSPA_CUTOFF_M
+    points_min: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Leave out true boxes of fewer points; only with --truth.")
+    ] = 0
+    range_max: Annotated[
+        float | None,
+        typer.Option(metavar="M", callback=finite, help="Leave out boxes farther from the ego; only with --truth."),
+    ] = None
+    occluded_max: Annotated[
+        int | None,
+        typer.Option(metavar="LEVEL", help="Leave out true boxes of a higher occlusion of KITTI; only with --truth."),
+    ] = None
+    time_tolerance: Annotated[
+        float,
+        typer.Option(metavar="S", min=0.0, callback=finite, help="Times of one frame differ by less; with --truth."),
+    ] = TIME_TOLERANCE_S
+    time_offset: Annotated[
+        float, typer.Option(metavar="S", callback=finite, help="Added to the times of the tracks; only with --truth.")
+    ] = 0.0
+    frame_offset: Annotated[
+        int, typer.Option(metavar="N", help="Added to the numbers of frames of the tracks; only with --truth.")
+    ] = 0
+    common_frames: Annotated[
+        bool, typer.Option("--common-frames", help="Grade only frames of both files; only with --truth.")
+    ] = False
+
+    def matching(self) -> "FrameMatching":
+        """Return which frames of the files are the same."""
+        from luxloop.scenarios.exchange.paired_frames import FrameMatching
+
+        return FrameMatching(self.time_tolerance, self.time_offset, self.frame_offset, self.common_frames)
+
+    def limits(self) -> "BoxLimits":
+        """Return the limits; an InputError names the first that is out of its range."""
+        from luxloop.scenarios.errors import InputError
+
+        if not 0.0 < self.hit_iou < 1.0:
+            raise InputError(f"--hit-iou {self.hit_iou:g}: should lie between 0 and 1")
+        if not 0.0 < self.gospa_cutoff < 1e6:
+            raise InputError(f"--gospa-cutoff {self.gospa_cutoff:g}: should be more than 0 and less than 1e6")
+        if self.range_max is not None and not 0.0 < self.range_max < 1e6:
+            raise InputError(f"--range-max {self.range_max:g}: should be more than 0 and less than 1e6")
+        if self.occluded_max is not None and not 0 <= self.occluded_max <= 3:
+            raise InputError(f"--occluded-max {self.occluded_max}: should be a level of KITTI, 0 to 3")
+
+        from luxloop.scenarios.exchange.paired_frames import BoxLimits
+
+        return BoxLimits(
+            hit_iou_min=self.hit_iou,
+            gospa_cutoff_m=self.gospa_cutoff,
+            points_min=self.points_min,
+            range_max_m=self.range_max,
+            occluded_max=self.occluded_max,
+        )
+
+
+def grade_files(tracks: Path | None, files: BoxFiles, out: Path | None, as_json: bool) -> None:
+    """Grade a file of tracks, of fits, or both, against a file of true boxes, and print the result.
+
+    Raises
+    ------
+    InputError
+        A file or an option is missing or invalid.
+    """
+    import json
+
+    from luxloop.scenarios.errors import InputError
+
+    truth = files.truth
+    if truth is None or (tracks is None and files.fits is None):
+        raise InputError("give RUN, or both of --truth FILE and --tracks FILE (or --fits FILE)")
+    if files.tracks_format and tracks is None:
+        raise InputError("--tracks-format: there are no tracks; give --tracks FILE, or leave it out")
+    if out and tracks is None:
+        raise InputError("--out: there are no tracks, and fits have no page; give --tracks FILE, or leave it out")
+    limits = files.limits()
+    from luxloop.scenarios import interface
+    from luxloop.scenarios.exchange import graded_boxes, graded_fits
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.file_document import file_document
+
+    known = _format("--truth-format", files.truth_format, truth)
+    classes = tuple(files.classes.split(",")) if files.classes is not None else ()
+    document, printed = {}, []
+    if tracks:
+        formats = (known, _format("--tracks-format", files.tracks_format, tracks))
+        result = interface.grade_boxes(
+            truth, tracks, formats=formats, classes=classes, limits=limits, matching=files.matching()
+        )
+        document, printed = graded_boxes.document(result), [file_document(result)]
+        if out:
+            result.save(out)
+    if files.fits:
+        of_fits = graded_fits.GradedFits.of(truth, files.fits, known, classes, limits)
+        document |= {"truth": str(truth), "fits": graded_fits.document(of_fits)}
+        printed.append(graded_fits.report(of_fits))
+    if as_json:
+        print(json.dumps(document, allow_nan=False))
+        return
+    for report in printed:
+        text.show(report)
+    if out:
+        print(f"Results are in {out}; luxloop report {out}: a page with figures")
+
+
+def _format(option: str, name: str | None, path: Path) -> str:
+    """Return the name of a format, by default that of the content; its packages are installed."""
+    from luxloop.scenarios.exchange.file_formats import recognise
+    from luxloop.scenarios.files.format_option import format_named
+
+    name = name or recognise(path)
+    require_of("grade", format_named(option, name, "read_boxes"))
+    return name
+
 
 NO_FILES = BoxFiles()
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from luxloop.scenarios.commands.arguments import finite, require_of
-from luxloop.scenarios.commands.option_groups import grouped
+from luxloop.scenarios.commands.arguments import finite, grouped, require_of
 
 if TYPE_CHECKING:
     from luxloop.scenarios.recordings.ego_mount import EgoMount

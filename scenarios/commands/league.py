@@ -46,12 +46,11 @@ def league(
 
     Exit code: 0 if all runs have a result, 1 if a tracker or the traffic failed in one; its row names the error.
     """
-    from luxloop.scenarios.document.json_text import json_text
+    from luxloop.scenarios.document.document import json_text
     from luxloop.scenarios.league import league_page
     from luxloop.scenarios.league.drive import drives
     from luxloop.scenarios.league.entrants import chosen
-    from luxloop.scenarios.league.league_folder import refuse_other_files
-    from luxloop.scenarios.league.league_page import Request
+    from luxloop.scenarios.league.league_page import Request, refuse_other_files
     from luxloop.scenarios.league.standings import standings
     from luxloop.scenarios.report import text
 

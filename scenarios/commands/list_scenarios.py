@@ -1,7 +1,7 @@
-"""`luxloop list`."""
+"""`luxloop list` and `luxloop metrics`."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -10,6 +10,7 @@ from luxloop.scenarios.commands.arguments import AsJson
 
 if TYPE_CHECKING:
     from luxloop.scenarios.files.shipped import Entry
+    from luxloop.scenarios.metrics.definition import MetricDefinition
 
 
 def list_scenarios(
@@ -68,12 +69,74 @@ def show_table(head: tuple[str, ...], lines: Sequence[tuple[str, ...]]) -> None:
         for line in (head, *lines):
             print("  ".join(f"{cell:{width}}" for cell, width in zip(line, widths, strict=True)).rstrip())
         return
-    from rich.console import Console
-    from rich.table import Table
+    from luxloop.scenarios.document.document import Table
+    from luxloop.scenarios.report import text
 
-    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    table = Table("")
     for name in head:
-        table.add_column(name, overflow="fold", no_wrap=name == "name")
+        table.add_column(name, no_wrap=name == "name")
     for line in lines:
         table.add_row(*line)
-    Console(markup=False, emoji=False, highlight=False).print(table)
+    text.show(table)
+
+
+EXAMPLES = """\
+Filters: class=truck|bus  view=side  actor=NAME  range=0-30 [m]  points=100-  time=2-8 [s]
+A name with both: fit.iou_mean{method=area,view=side}"""
+"""Every filter, and a name."""
+
+
+def metrics(
+    words: Annotated[
+        list[str] | None, typer.Argument(metavar="[WORD]...", help="Words that name or sentence must contain.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the metrics with their units, directions, parameters and filters."""
+    import json
+
+    from luxloop.scenarios.metrics.definitions import DEFINITIONS
+
+    found = [one for one in DEFINITIONS.values() if _has(one, words or [])]
+    if as_json:
+        print(json.dumps([_metric_document(one) for one in found]))
+        return
+    lines: list[tuple[str, ...]] = []
+    for one, before in zip(found, [None, *found], strict=False):
+        if before and _family(one) != _family(before):
+            lines.append(("",) * 5)
+        keys = [*(f"{key}=" for key in one.parameters), *one.filters]
+        lines.append((one.name, one.unit, one.better, one.meaning, " ".join(keys)))
+    show_table(("name", "unit", "better", "meaning", "parameters= and filters"), lines)
+    print("\n".join(["", *_choices(found), EXAMPLES]))
+
+
+def _has(one: "MetricDefinition", words: Iterable[str]) -> bool:
+    text = f"{one.name} {one.meaning}".casefold()
+    return all(word.casefold() in text for word in words)
+
+
+def _family(one: "MetricDefinition") -> str:
+    return one.name.partition(".")[0]
+
+
+def _choices(found: "Iterable[MetricDefinition]") -> list[str]:
+    """Return a line for the values of each parameter; the first is the default, unless it must be given."""
+    values: dict[str, dict[str, None]] = {}
+    for one in found:
+        for key, choices in one.parameters.items():
+            named = [choice if k else f"{choice} (default)" for k, choice in enumerate(choices) if choice]
+            values.setdefault(key, {}).update(dict.fromkeys(named))
+    return [f"{key}= {', '.join(choices)}" for key, choices in values.items()]
+
+
+def _metric_document(one: "MetricDefinition") -> dict[str, Any]:
+    """Return a metric for `--json`; a parameter without default begins with an empty value."""
+    return {
+        "name": one.name,
+        "unit": one.unit,
+        "better": one.better,
+        "parameters": {key: list(values) for key, values in one.parameters.items()},
+        "filters": list(one.filters),
+        "meaning": one.meaning,
+    }

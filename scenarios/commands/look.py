@@ -82,8 +82,7 @@ def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None
     from luxloop.scenarios.document import html
     from luxloop.scenarios.errors import InputError
     from luxloop.scenarios.report.html.suite_page import find_runs, suite_page
-    from luxloop.scenarios.report.html.tracker_runs import read_trackers, same_drive
-    from luxloop.scenarios.report.html.trackers_page import trackers_page
+    from luxloop.scenarios.report.html.trackers_page import read_trackers, same_drive, trackers_page
     from luxloop.scenarios.rerun_log import tracker_recording
 
     found = list(dict.fromkeys(run for folder in folders for run in find_runs(folder)))

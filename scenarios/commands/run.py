@@ -19,9 +19,10 @@ from luxloop.scenarios.commands.arguments import (
     Seed,
     StepTimeout,
     Tracker,
+    grouped,
 )
 from luxloop.scenarios.commands.error_messages import print_early_end, print_error
-from luxloop.scenarios.errors import ContractError, Interrupted
+from luxloop.scenarios.errors import ContractError, InputError, Interrupted
 from luxloop.scenarios.files import seed_range
 from luxloop.scenarios.oracle.stage import Stage
 
@@ -33,6 +34,55 @@ RUNS = "runs"
 """Folder of the runs without --out."""
 
 
+@dataclass(frozen=True, slots=True)
+class DeviceOptions:
+    """The tracker under test."""
+
+    tracker: Tracker = None
+    oracle: Annotated[
+        list[Stage] | None,
+        typer.Option(
+            metavar="STAGE",
+            help=f"Replace a stage of the shipped tracker ({', '.join(Stage)}) with the ground truth; may be repeated.",
+        ),
+    ] = None
+    step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S
+    in_process: Annotated[
+        bool,
+        typer.Option("--in-process", help="Run a tracker of your own in this process, for a debugger; not comparable."),
+    ] = False
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What is written, and where."""
+
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results, with --seeds of all runs; in runs if left out.")
+    ] = None
+    no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False
+    record_scans: Annotated[
+        bool,
+        typer.Option("--record-scans", help="Keep scans and ground truth with the run, for luxloop grade."),
+    ] = False
+    dataset_to: Annotated[
+        Path | None, typer.Option("--dataset", metavar="DIR", help="Also write scans and labels into this new folder.")
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
+class Printed:
+    """What is printed."""
+
+    as_json: AsJson = False
+    quiet: Quiet = False
+    full: Full = False
+
+
+DEFAULT_DEVICE, DEFAULT_KEPT, DEFAULT_PRINTED = DeviceOptions(), Kept(), Printed()
+
+
+@grouped
 def run(
     scenario: ScenarioName,
     seed: Seed = None,
@@ -49,33 +99,9 @@ def run(
             help="Replace any key of the scenario, e.g. noise.ideal=true; may be repeated.",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the results, with --seeds of all runs; in runs if left out.")
-    ] = None,
-    tracker: Tracker = None,
-    oracle: Annotated[
-        list[Stage] | None,
-        typer.Option(
-            metavar="STAGE",
-            help=f"Replace a stage of the shipped tracker ({', '.join(Stage)}) with the ground truth; may be repeated.",
-        ),
-    ] = None,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
-    full: Full = False,
-    no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
-    record_scans: Annotated[
-        bool,
-        typer.Option("--record-scans", help="Keep scans and ground truth with the run, for luxloop grade."),
-    ] = False,
-    dataset_to: Annotated[
-        Path | None, typer.Option("--dataset", metavar="DIR", help="Also write scans and labels into this new folder.")
-    ] = None,
-    step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
-    in_process: Annotated[
-        bool,
-        typer.Option("--in-process", help="Run a tracker of your own in this process, for a debugger; not comparable."),
-    ] = False,
+    device: DeviceOptions = DEFAULT_DEVICE,
+    kept: Kept = DEFAULT_KEPT,
+    printed: Printed = DEFAULT_PRINTED,
     ahead: Annotated[
         bool | None,
         typer.Option(
@@ -88,68 +114,62 @@ def run(
     """Run a scenario, grade it, and exit with 1 if an expectation fails; with --seeds, with the worst run's code."""
     from luxloop.scenarios import interface
 
-    load = partial(interface.load_scenario, scenario, duration_s=duration, settings=settings or [])
+    changes: dict[str, Any] = {"duration_s": duration, "settings": settings or []}
     run_seed = partial(
-        interface.run, scenario, duration_s=duration, settings=settings or [], tracker=tracker, oracles=oracle or [],
-        record=not no_recording, record_scans=record_scans, dataset_to=dataset_to, step_timeout_s=step_timeout,
-        ahead=ahead, in_process=in_process, progress=not quiet,
+        interface.run, scenario, **changes, tracker=device.tracker, oracles=device.oracle or [],
+        record=not kept.no_recording, record_scans=kept.record_scans, dataset_to=kept.dataset_to,
+        step_timeout_s=device.step_timeout, ahead=ahead, in_process=device.in_process, progress=not printed.quiet,
     )  # fmt: skip
-    recorded = not no_recording
     if seeds is None:
-        result = run_seed(seed=seed, out=out, into=None if out else RUNS)
-        code = _show(result, as_json, quiet, full, recorded=recorded, dataset=dataset_to)
+        code = _show(run_seed(seed=seed, out=kept.out, into=None if kept.out else RUNS), kept, printed)
     else:
-        _refuse_with_seeds(seed, dataset_to)
+        _refuse_with_seeds(seed, kept.dataset_to)
         every = seed_range.parse(seeds)
-        load(seed=every[-1])  # the largest seed may be too large
-        code = _run_each(every, partial(run_seed, into=out or RUNS), as_json, quiet, full, recorded=recorded)
+        interface.load_scenario(scenario, **changes, seed=every[-1])  # the largest seed may be too large
+        code = _run_each(every, partial(run_seed, into=kept.out or RUNS), kept, printed)
     raise typer.Exit(code)
 
 
-def _show(result: "Result", as_json: bool, quiet: bool, full: bool, *, recorded: bool, dataset: Path | None) -> int:
+def _show(result: "Result", kept: Kept, printed: Printed) -> int:
     """Print the screen or JSON of a run, and return the exit code."""
     import json
 
     from luxloop.scenarios.report import first_screen, text
     from luxloop.scenarios.run import run_folder
 
-    if as_json:
+    if printed.as_json:
         print(json.dumps({**run_folder.document(result, result.checks), "out": str(result.out)}, allow_nan=False))
-    elif not quiet:
+    elif not printed.quiet:
         assert result.out is not None
-        if full:
+        if printed.full:
             text.show(text.report(result, result.checks), (result.out / run_folder.REPORT).read_text(encoding="utf-8"))
             print(f"Results are in {result.out}")
         else:
-            first_screen.show_folder(result, result.checks, result.out, recorded=recorded)
-        if dataset:
-            print(f"The data set is in {dataset}")
+            first_screen.show_folder(result, result.checks, result.out, recorded=not kept.no_recording)
+        if kept.dataset_to:
+            print(f"The data set is in {kept.dataset_to}")
     return code_of(result)
 
 
 def _refuse_with_seeds(seed: int | None, dataset: Path | None) -> None:
     """Raise an InputError for options of a single run."""
-    from luxloop.scenarios.errors import InputError
-
     if seed is not None:
         raise InputError("--seed and --seeds are both given; omit one")
     if dataset:
         raise InputError("--seeds and --dataset are both given; omit one, a data set is of one run")
 
 
-def _run_each(
-    seeds: Sequence[int], run_seed: Callable[..., "Result"], as_json: bool, quiet: bool, full: bool, *, recorded: bool
-) -> int:
+def _run_each(seeds: Sequence[int], run_seed: Callable[..., "Result"], kept: Kept, printed: Printed) -> int:
     """Run several seeds, print their tables or JSON, and return the exit code of the worst."""
     import json
 
-    from luxloop.scenarios.report import seeds_screen
+    from luxloop.scenarios.report import seeds_document
 
-    found = run_seeds(seeds, run_seed, (lambda _: None) if as_json or quiet else _print_now)
-    if as_json:
+    found = run_seeds(seeds, run_seed, (lambda _: None) if printed.as_json or printed.quiet else _print_now)
+    if printed.as_json:
         print(json.dumps(found.document(), allow_nan=False))
-    elif not quiet:
-        seeds_screen.show(found.done, found.verdicts, recorded=recorded, full=full)
+    elif not printed.quiet:
+        seeds_document.show(found.done, found.verdicts, recorded=not kept.no_recording, full=printed.full)
     return found.code
 
 
@@ -179,7 +199,7 @@ class SeedRuns:
 
     def document(self) -> dict[str, Any]:
         """Return the JSON document of all runs."""
-        from luxloop.scenarios.report.seed_table import summary
+        from luxloop.scenarios.report.seeds_document import summary
         from luxloop.scenarios.run import run_folder
 
         runs = [{**run_folder.document(run, run.checks), "out": str(run.out)} for run in self.done.values()]

@@ -190,7 +190,7 @@ def thresholds(
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run.device import SHIPPED, absolute
     from luxloop.scenarios.run.progress import hidden
-    from luxloop.scenarios.search import threshold_report
+    from luxloop.scenarios.search import thresholds
     from luxloop.scenarios.search.thresholds import thresholds as estimate
     from luxloop.scenarios.study.study_file import Study, find
 
@@ -204,10 +204,10 @@ def thresholds(
             loaded, absolute(tracker or SHIPPED), out, notify, count, scheduler, retry_errors=retry_errors,
             report_defect=defects.append,
         )  # fmt: skip
-    threshold_report.write(loaded, found, out, formats)
+    thresholds.write(loaded, found, out, formats)
     if as_json:
-        print(json.dumps({**threshold_report.document(loaded, found), "out": str(out)}, allow_nan=False))
+        print(json.dumps({**thresholds.document(loaded, found), "out": str(out)}, allow_nan=False))
     else:
-        text.show(threshold_report.report(loaded, found))
+        text.show(thresholds.report(loaded, found))
         print(f"Estimates, runs and figure are in {out}")
     raise typer.Exit(print_failed_runs(defects) if defects else 0)

@@ -14,7 +14,7 @@ def check_tracker(
     """Check that a tracker keeps the interface contract, with real and degenerate scans."""
     from luxloop.scenarios.check_tracker.check_drives import drives
     from luxloop.scenarios.check_tracker.check_process import examine_apart
-    from luxloop.scenarios.check_tracker.sequence_checks import examine, table
+    from luxloop.scenarios.check_tracker.sequence_checks import checks_document, examine
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import device
     from luxloop.scenarios.run.process_tracker import ClassFactory, ProcessFactory
@@ -23,7 +23,7 @@ def check_tracker(
     if isinstance(chosen, ProcessFactory):
         raise DeviceError(f"{tracker}: give a class or function; luxloop run checks the answers of a program")
     findings = examine_apart(chosen.spec, drives()) if isinstance(chosen, ClassFactory) else examine(chosen, drives())
-    text.show(table(findings, tracker))
+    text.show(checks_document(findings, tracker))
     raise typer.Exit(0 if findings.passed else 1)
 
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.digest import Expectation, Key, RunDigest
-from luxloop.scenarios.compare.truth_sums import TRUTH
-from luxloop.scenarios.compare.vehicle_sums import SUMS, VehicleSums
+from luxloop.scenarios.compare.vehicle_sums import SUMS, TRUTH, VehicleSums
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.grading.tracking_scores import ALPHAS

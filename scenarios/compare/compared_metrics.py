@@ -11,7 +11,7 @@ import numpy as np
 
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS, FURTHER
-from luxloop.scenarios.grading import score_sums
+from luxloop.scenarios.grading import tracking_scores
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
 from luxloop.scenarios.metrics.definition import Better, Relevance
 from luxloop.scenarios.metrics.definitions import find_metric
@@ -85,7 +85,7 @@ def _total(sums: Floats, names: tuple[str, ...]) -> Floats:
 
 def _hota(sums: Floats) -> Floats:
     matched, associated = np.split(sums[:, -2 * len(ALPHAS) :], 2, axis=1)
-    return score_sums.hota(_total(sums, ("observations", "reported")), matched, associated)
+    return tracking_scores.hota(_total(sums, ("observations", "reported")), matched, associated)
 
 
 def _mean(name: str, relevance: Relevance, part: str, whole: str) -> ComparedMetric:

@@ -3,23 +3,85 @@
 import math
 import shlex
 from collections.abc import Iterator, Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from luxloop.scenarios.compare.change_figure import change_figure
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
-from luxloop.scenarios.compare.comparison import LEVEL, Comparison, MetricChange
-from luxloop.scenarios.compare.comparison_answer import answer
+from luxloop.scenarios.compare.comparison import LEVEL, Comparison, ExpectationChange, MetricChange, ScenarioLoss
+from luxloop.scenarios.compare.comparison_answer import answer, seeds_needed
 from luxloop.scenarios.compare.digest import Expectation
-from luxloop.scenarios.compare.expectation_changes import ExpectationChange
-from luxloop.scenarios.compare.run_pair import Pair
-from luxloop.scenarios.compare.run_pairs import listed
-from luxloop.scenarios.compare.seeds_needed import seeds_needed
-from luxloop.scenarios.compare.single_scenarios import ScenarioLoss
-from luxloop.scenarios.document.document import Block, Bullets, Document, Facts, Paragraph, Preformatted, Section
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, Style, Words, code
+from luxloop.scenarios.compare.run_pairs import Pair, listed
+from luxloop.scenarios.document import html, markdown
+from luxloop.scenarios.document.document import (
+    Block,
+    Bullets,
+    Document,
+    Facts,
+    Paragraph,
+    Preformatted,
+    Section,
+    Span,
+    Style,
+    Table,
+    Words,
+    code,
+)
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import BAD, FAINT, GOOD, INK, LINE, PANEL, WARN
+from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.metrics.main_figures import POOLED
 from luxloop.scenarios.report.cells import NONE, table_of
-from luxloop.scenarios.statistics.confidence import TOO_FEW
+from luxloop.scenarios.statistics.intervals import TOO_FEW
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+
+SHOWN = 3.5
+"""Largest change on the axis [stated losses]; arrows show that an interval continues."""
+COLORS = {"worse": BAD, "lost": BAD, "better": GOOD, "unclear": WARN}
+
+
+def change_figure(comparison: Comparison) -> Figure:
+    """Draw the change of each metric, as a loss to the right and as a gain to the left."""
+    shown = [change for change in comparison.changes if not math.isnan(change.numbers.difference)]
+
+    def on(canvas: "Canvas") -> None:
+        axes = canvas.subplots()
+        axes.axvspan(1.0, SHOWN, color=PANEL, lw=0)
+        axes.axvline(0.0, color=INK, lw=0.8)
+        axes.axvline(1.0, color=FAINT, lw=0.8, ls=(0, (4, 3)))
+        for row, change in enumerate(shown):
+            _draw(axes, row, change, change.metric.relevance.stated_loss(change.numbers.base, comparison.loss))
+        axes.set_yticks(range(len(shown)), [change.metric.name for change in shown], fontsize=7.0)
+        axes.set(xlim=(-SHOWN, SHOWN), ylim=(len(shown) - 0.4, -0.6))
+        axes.set_xlabel("better  ←  stated losses  →  worse")
+        axes.grid(visible=False, axis="y")
+
+    percent = f"{100.0 * comparison.loss:g} %"
+    caption = (
+        f"Dots are changes from BASE to HEAD, lines their 95 % intervals. An interval that reaches into the shaded "
+        f"range contains the loss of {percent} that a comparison must exclude. Arrows continue beyond the axis."
+    )
+    return Figure("changes", "Change of each metric", caption, (5.4, 0.8 + 0.2 * max(len(shown), 3)), on)
+
+
+def _draw(axes: "Axes", row: int, change: MetricChange, stated_loss: float) -> None:
+    """Draw one metric in units of its stated loss, with the sign of a loss."""
+    color = COLORS.get(change.verdict, FAINT)
+    low, high = sorted(change.metric.loss(end) / stated_loss for end in change.numbers.interval)
+    value = change.metric.loss(change.numbers.difference) / stated_loss
+    axes.axhline(row, color=LINE, lw=0.4)
+    if not math.isnan(low):
+        axes.plot([max(low, -SHOWN), min(high, SHOWN)], [row, row], color=color, lw=2.0, solid_capstyle="butt")
+        for end, marker in ((-SHOWN, "<"), (SHOWN, ">")):
+            if low < end < high or (abs(end) < min(abs(low), abs(high)) and end * low > 0.0):
+                axes.plot(end, row, marker, color=color, ms=6, clip_on=False)
+    beyond = abs(value) > SHOWN
+    marker = (">" if value > 0.0 else "<") if beyond else "o"
+    axes.plot(min(max(value, -SHOWN), SHOWN), row, marker, color=color, ms=6 if beyond else 5, clip_on=False)
+
 
 INTERVALS = (
     "The 95 % interval of a change follows from its spread as each vehicle is left out in turn: an interval that "
@@ -31,11 +93,6 @@ STYLES: dict[str, Style] = {
     "better": "good", "mended": "good",
 }  # fmt: skip
 """Colour of the verdict on a metric, and of the fate of an expectation."""
-KEY_METRICS = {
-    "track.hota": "HOTA", "track.missed_share": "missed", "track.false_share": "false",
-    "track.id_switch_rate": "id switches", "fit.heading_abs_mean_deg": "fit heading [deg]",
-}  # fmt: skip
-"""Metrics of single runs, with short names."""
 
 
 def comparison_document(comparison: Comparison, base: str, head: str) -> Document:
@@ -173,11 +230,11 @@ def compared_runs(comparison: Comparison) -> list[str]:
 
 def run_table(pairs: Sequence[Pair]) -> Table:
     """Return BASE's and HEAD's key metrics of each pair of runs, those with the largest loss of HOTA first."""
-    metrics = [metric for metric in COMPARED_METRICS if metric.name in KEY_METRICS]
+    metrics = [metric for metric in COMPARED_METRICS if metric.name in POOLED]
     table = Table("BASE to HEAD")
     table.add_column("run")
     table.add_column("tracks")
-    for name in ("vehicles", *(KEY_METRICS[metric.name] for metric in metrics)):
+    for name in ("vehicles", *(POOLED[metric.name] for metric in metrics)):
         table.add_column(name, justify="right")
     rows = sorted(((_loss(pair, metrics[0]), pair) for pair in pairs), key=lambda row: -row[0])
     for _, pair in rows:
@@ -284,3 +341,35 @@ def _pair_data(pair: Pair) -> dict[str, Any]:
         "same_truth": pair.same_truth,
         "metrics": {m.name: [m.value(base)[0], m.value(head)[0]] for m in COMPARED_METRICS},
     }
+
+
+RENDERERS = {".html": html.page, ".md": markdown.markdown}
+STEM = "comparison"
+"""Name of the files in a folder."""
+
+
+def files_of(report: Path) -> list[Path]:
+    """Return the files to write.
+
+    Raises
+    ------
+    OutputError
+        The name ends neither like a page, nor like Markdown, nor like a folder.
+    """
+    if report.is_dir() or not report.suffix:
+        return [report / f"{STEM}{suffix}" for suffix in RENDERERS]
+    if report.suffix not in RENDERERS:
+        raise OutputError(f"--report {report}: give a name that ends in .html or .md, or a folder for both")
+    return [report]
+
+
+def write(files: list[Path], document: Document) -> None:
+    """Write the files, each in the format of its name.
+
+    Raises
+    ------
+    OutputError
+        A file cannot be written.
+    """
+    for file in files:
+        html.write_text(file, RENDERERS[file.suffix](document), "--report")

@@ -1,12 +1,150 @@
-"""Pairs of runs of BASE and HEAD with the same scenario and seed, hence the same random draws of traffic and noise."""
+"""Sides of a comparison, and pairs of runs of BASE and HEAD with the same scenario and seed, hence the same draws."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
-from luxloop.scenarios.compare.digest import LIMITS, Key, RunDigest, differing
-from luxloop.scenarios.compare.run_pair import Pair
-from luxloop.scenarios.compare.sides import Side
-from luxloop.scenarios.errors import InputError
+import numpy as np
+
+from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.compare import baseline_file
+from luxloop.scenarios.compare.digest import LIMITS, Key, RunDigest, differing, digest, read_run
+from luxloop.scenarios.compare.vehicle_sums import counterparts
+from luxloop.scenarios.errors import InputError, OutputError
+from luxloop.scenarios.result import Result
+from luxloop.scenarios.run import run_folder
+from luxloop.sensor_model.truth import NO_ACTOR
+
+SUMS_TOLERANCE = 2e-6
+"""Relative difference of two sums that is none: another CPU and the rounding of the baseline change them by 1e-6."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pair:
+    """Two runs that can be compared."""
+
+    base: RunDigest
+    head: RunDigest
+
+    @property
+    def key(self) -> Key:
+        """Scenario and seed of both runs."""
+        return self.base.key
+
+    @property
+    def identical(self) -> bool:
+        """True if frames, scans and tracks are bit-identical, which only runs on one type of CPU can be."""
+        return self.base.trace_hash == self.head.trace_hash
+
+    @property
+    def same(self) -> bool:
+        """True if the truth and all sums are equal within the tolerances."""
+        base, head = self.units()
+        return self.same_truth and bool(np.array_equal(base, head))
+
+    @property
+    def same_truth(self) -> bool:
+        """True if both trackers had the same traffic and points, within the tolerances."""
+        base, head = self.base.vehicles, self.head.vehicles
+        return len(base.vehicle) == len(head.vehicle) == len(self._counterparts()[0])
+
+    @property
+    def without_counterpart(self) -> int:
+        """Number of vehicles of BASE or HEAD, whichever has more, without a counterpart on the other side."""
+        vehicles = max(len(run.vehicles.vehicle) - 1 for run in (self.base, self.head))
+        return vehicles - int((self.base.vehicles.vehicle[self._counterparts()[0]] != NO_ACTOR).sum())
+
+    def units(self) -> tuple[Floats, Floats]:
+        """Return the sums of BASE and of HEAD (U, len(COLUMNS)) of the U resampling units.
+
+        A unit is a vehicle with the same truth on both sides. The last unit is everything else: false tracks, and
+        vehicles without a counterpart, because traffic or points differ. Sums of HEAD within the tolerance of those of
+        BASE are set equal to them: such differences come from another CPU, not from another tracker.
+        """
+        base, head = self.base.vehicles.columns(), self.head.vehicles.columns()
+        own, others = self._counterparts()
+        paired = self.base.vehicles.vehicle[own] != NO_ACTOR
+        base, head = _units(base, own[paired]), _units(head, others[paired])
+        return base, np.where(np.isclose(head, base, rtol=SUMS_TOLERANCE, atol=0.0), base, head)
+
+    def _counterparts(self) -> tuple[Ints, Ints]:
+        base, head = self.base.vehicles, self.head.vehicles
+        return counterparts(base.vehicle, head.vehicle, base.truth, head.truth)
+
+
+def _units(columns: Floats, paired: Ints) -> Floats:
+    """Return the rows of the paired vehicles and the sum of all others."""
+    return np.vstack([columns[paired], np.delete(columns, paired, axis=0).sum(axis=0)])
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """Runs by scenario and seed."""
+
+    path: Path
+    """Folder or file; for results, the name of the side."""
+    runs: dict[Key, RunDigest]
+    unfinished: list[str]
+    """Names of temporary folders of unfinished runs, which are left out."""
+
+
+def side_of(runs: str | Path | Result | Iterable[str | Path | Result], name: str) -> Side:
+    """Return a side: a folder or file, a result, or several run folders or results, which `name` names in messages.
+
+    Raises
+    ------
+    OutputError
+        As for `read`.
+    """
+    if isinstance(runs, str | Path):
+        return read_side(Path(runs))
+    every = [runs] if isinstance(runs, Result) else runs
+    return _side(Path(name), [_digest(run) for run in every], [])
+
+
+def _digest(run: str | Path | Result) -> tuple[RunDigest, Path]:
+    if isinstance(run, Result):
+        return digest(run), run.out or Path("in memory")
+    return read_run(Path(run)), Path(run)
+
+
+def read_side(path: Path) -> Side:
+    """Read BASE or HEAD.
+
+    Raises
+    ------
+    OutputError
+        `path` has no run, a run is damaged, or two runs have the same scenario and seed.
+    """
+    return read_runs(path) if path.is_dir() else _side(path, [(run, path) for run in baseline_file.read(path)], [])
+
+
+def read_runs(folder: Path) -> Side:
+    """Read all runs in a folder and its subfolders, or a single run folder.
+
+    Raises
+    ------
+    OutputError
+        As for `read`.
+    """
+    if not folder.is_dir():
+        raise OutputError(f"{folder}: no such folder; give a folder with runs of luxloop run or pytest")
+    unfinished = sorted(path.name for path in folder.rglob(".*.partial"))
+    return _side(folder, [(read_run(run), run) for run in run_folder.found_in(folder)], unfinished)
+
+
+def _side(path: Path, runs: list[tuple[RunDigest, Path]], unfinished: list[str]) -> Side:
+    """Sort the runs, each with the path it was read from, by scenario and seed."""
+    if not runs:
+        raise OutputError(f"{path}: no run in it; give a folder with runs of luxloop run or pytest")
+    by_key: dict[Key, RunDigest] = {}
+    places: dict[Key, Path] = {}
+    for run, place in sorted(runs, key=lambda entry: entry[0].key):
+        if run.key in by_key:
+            raise OutputError(f"{path}: two runs of {run.key}, {places[run.key]} and {place}; keep one of them")
+        by_key[run.key], places[run.key] = run, place
+    return Side(path, by_key, unfinished)
+
 
 MAY_DIFFER = {"device": "The device under test", "tracker": "The [tracker] table", LIMITS: "The [expect] table"}
 """Sections of the configuration that may differ between BASE and HEAD, with their names in notes."""

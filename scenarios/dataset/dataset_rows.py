@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from luxloop.scenarios.arrays import Floats, Floats32
 from luxloop.scenarios.dataset.dataset_columns import OBSTACLES, Values
 from luxloop.scenarios.grading.articulated import ARTICULATION
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.grading.plane_geometry import corner, into_frame, nearest_sign
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Actors, Ego, Obstacles, WorldFrame

@@ -28,7 +28,7 @@ from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values, rea
 from luxloop.scenarios.dataset.dataset_rows import rows_of
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import DEFINITIONS, NO_VIEW, VIEWS
 from luxloop.scenarios.result import Result

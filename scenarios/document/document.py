@@ -4,16 +4,121 @@ A page, the text in a terminal, the Markdown of a comment and JSON are rendering
 agree.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
+
+from markupsafe import Markup
 
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, Style, Words
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+
+Style = Literal["", "bold", "dim", "good", "warn", "bad", "info", "code"]
+"""`good`, `warn`, `bad` and `info` are colours of outcomes, `code` is for names that users type."""
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Words in one style."""
+
+    text: str
+    style: Style = ""
+    link: str = ""
+    """Address, or the anchor of a section or figure after a `#`."""
+    badge: bool = False
+    """True for the outcome of a page, a run or a check; it is framed on pages."""
+    note: str = ""
+    """Explanation that a page shows when the pointer rests on the words."""
+    drawing: Markup = Markup("")  # noqa: RUF009 - an immutable text
+    """Small drawing before the words, on pages only."""
+
+    def __str__(self) -> str:
+        return self.text
+
+
+Words = str | Span | tuple[str | Span, ...]
+"""Contents of a sentence or of a cell."""
+
+
+def spans(words: Words) -> tuple[Span, ...]:
+    """Return words as spans."""
+    parts = words if isinstance(words, tuple) else (words,)
+    return tuple(Span(part) if isinstance(part, str) else part for part in parts)
+
+
+def plain(words: Words) -> str:
+    """Return words without styles."""
+    return "".join(span.text for span in spans(words))
+
+
+def code(text: str) -> Span:
+    """Return a name or a path that users type."""
+    return Span(text, "code")
+
+
+def joined(parts: Iterable[Span], between: str = ", ") -> tuple[Span, ...]:
+    """Return several spans with a text between them."""
+    found = [part for span in parts for part in (Span(between), span)]
+    return tuple(found[1:])
+
+
+Cell = tuple[Span, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """Heading and alignment of a column; the unit is in the heading."""
+
+    head: str
+    right: bool = False
+    no_wrap: bool = False
+    """True if a terminal keeps its cells on one line as long as the table fits."""
+    style: Style = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A cell for each column."""
+
+    cells: tuple[Cell, ...]
+    style: Style = ""
+    end_section: bool = False
+    """True if a terminal draws a line below."""
+
+
+@dataclass(slots=True)
+class Table:
+    """Columns and rows below a title."""
+
+    title: str
+    columns: list[Column] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
+    stacked: bool = False
+    """True if a phone shows each row as a paragraph: tables with sentences in their cells."""
+
+    def add_column(
+        self, head: str, *, justify: Literal["left", "right"] = "left", no_wrap: bool = False, style: Style = ""
+    ) -> None:
+        """Add a column."""
+        self.columns.append(Column(head, justify == "right", no_wrap, style))
+
+    def add_row(self, *cells: Words, style: Style = "", end_section: bool = False) -> None:
+        """Add a row; missing cells at its end are empty."""
+        missing = len(self.columns) - len(cells)
+        if missing < 0:
+            raise ValueError(f"{self.title}: {len(cells)} cells for {len(self.columns)} columns")
+        self.rows.append(Row((*map(spans, cells), *[()] * missing), style, end_section))
+
+    def __rich__(self) -> "RenderableType":
+        """Return the table for a terminal."""
+        from luxloop.scenarios.document.terminal import table
+
+        return table(self)
 
 
 LISTED = 8
@@ -172,3 +277,26 @@ def _unfolded(blocks: Sequence[Block]) -> Iterator[Block]:
         yield block
         if isinstance(block, Folded):
             yield from _unfolded(block.blocks)
+
+
+def json_text(document: Document, **more: str) -> str:
+    """Return `json_data` on one line, with further keys."""
+    return json.dumps({**json_data(document), **more}, allow_nan=False)
+
+
+def json_data(document: Document) -> dict[str, Any]:
+    """Return verdict, answer and the figures for programs; numbers without a value are None."""
+    judged = {"verdict": document.answer.verdict} if document.answer.verdict else {}
+    found: dict[str, Any] = finite({**judged, "answer": document.answer.sentence, **document.data})
+    return found
+
+
+def finite(value: Any) -> Any:
+    """Replace NaN and infinity by None, and scalars of numpy by Python's, at any depth."""
+    if isinstance(value, dict):
+        return {key: finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(entry) for entry in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -11,11 +11,9 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from luxloop.scenarios.document.document import Block, Document, Folded
+from luxloop.scenarios.document.document import Block, Document, Folded, Span, Table, Words, spans
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import TONES
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, Words, spans
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable
 
-from luxloop.scenarios.document.table import Cell, Table
-from luxloop.scenarios.document.words import Span, Style, plain
+from luxloop.scenarios.document.document import Cell, Span, Style, Table, plain
 
 ESCAPED = {
     "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",

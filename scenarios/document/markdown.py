@@ -14,10 +14,12 @@ from luxloop.scenarios.document.document import (
     Paragraph,
     Player,
     Preformatted,
+    Span,
+    Table,
+    Words,
+    spans,
 )
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, Words, spans
 
 SPECIAL = re.compile(r"([\\`*_\[\]<>#|~&$@])")
 """Characters with a meaning inside a line."""

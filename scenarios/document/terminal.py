@@ -20,10 +20,13 @@ from luxloop.scenarios.document.document import (
     Paragraph,
     Player,
     Preformatted,
+    Style,
+    Table,
+    Words,
+    plain,
+    spans,
 )
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Style, Words, plain, spans
 
 COLORS: dict[Style, str] = {
     "": "",

@@ -24,9 +24,9 @@ from luxloop.scenarios.exchange.paired_frames import (
 )
 from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.observations import RunObservations
-from luxloop.scenarios.metrics import of_files
+from luxloop.scenarios.metrics import main_figures, of_files
 from luxloop.scenarios.metrics.definition import filtered
-from luxloop.scenarios.report.file_document import BANDED, HEADLINES, bands
+from luxloop.scenarios.report.file_document import BANDED, bands
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import versions
 from luxloop.scenarios.run.run_folder import metric_document
@@ -69,7 +69,7 @@ def _of_scenes(truth: BoxTable, tracks: BoxTable, limits: BoxLimits, matching: F
     for scene in [] if truth.scene is None or tracks.scene is None else np.unique(truth.scene).tolist():
         parts = (truth.select(truth.scene == scene), tracks.select(tracks.scene == scene))
         metrics = _result(pair_frames(*parts, matching), limits, (), ()).metrics
-        found[scene] = {name: metrics[name].value for name in HEADLINES}
+        found[scene] = {name: metrics[name].value for name in main_figures.OF_FILES}
     return found
 
 

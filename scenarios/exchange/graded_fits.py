@@ -31,7 +31,7 @@ from luxloop.scenarios.grading.plane_geometry import iou_table
 from luxloop.scenarios.metrics import of_files
 from luxloop.scenarios.offline.track_file import read_table, require
 from luxloop.scenarios.report.cells import counted
-from luxloop.scenarios.report.tables import figure_rows
+from luxloop.scenarios.report.run_tables import figure_rows
 from luxloop.scenarios.run.run_folder import metric_document
 
 

@@ -11,8 +11,8 @@ import scipy
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
+from luxloop.scenarios.grading.clear_table import ROUNDING
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.id_switches import ROUNDING
 from luxloop.scenarios.grading.plane_geometry import iou_table
 
 

@@ -6,18 +6,6 @@ import sys
 
 REFUSED = {errno.ENAMETOOLONG, errno.EACCES, errno.EPERM}
 """Error numbers of a path that is too long, and of a file or folder without the rights to it."""
-
-
-def is_refused(error: BaseException) -> bool:
-    """Return True for such an error; `Path.is_dir` and others raise it, unlike that of a missing file."""
-    return isinstance(error, OSError) and error.errno in REFUSED and error.filename is not None
-
-
-def refused_message(error: OSError) -> str:
-    """Return the line of such an error."""
-    return f"{error.filename}: {os.strerror(error.errno or errno.EACCES)}; give another path"
-
-
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 """Error numbers of a full disk, an exceeded quota and a limit on the size of files."""
 
@@ -27,10 +15,16 @@ def is_full(error: BaseException) -> bool:
     return isinstance(error, OSError) and error.errno in FULL
 
 
-def full_message(error: OSError) -> str:
-    """Return the line of such an error."""
-    place = error.filename or "a file or standard output"
-    return f"{place}: cannot be written ({os.strerror(error.errno or errno.ENOSPC)}); free some space"
+def message(error: BaseException) -> str:
+    """Return the line of such an error; empty for others, as that of a missing file, which `Path.is_dir` catches."""
+    if not isinstance(error, OSError) or error.errno is None:
+        return ""
+    if error.errno in FULL:
+        place = error.filename or "a file or standard output"
+        return f"{place}: cannot be written ({os.strerror(error.errno)}); free some space"
+    if error.errno in REFUSED and error.filename is not None:
+        return f"{error.filename}: {os.strerror(error.errno)}; give another path"
+    return ""
 
 
 def flush_output() -> None:

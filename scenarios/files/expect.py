@@ -1,15 +1,71 @@
-"""Expectations of a scenario and the verdict on them."""
+"""Expectations of a scenario and the verdict on them.
+
+The text of a known failure begins with a figure, which excuses a range of values. The range lies around the figure of
+the run, as in any measurement with a tolerance. It is wide enough for small changes of the tracker, and so narrow that
+a clear loss leaves it:
+
+- counts: the larger of 2 and 30 %, because rare events are nearly Poisson distributed, with a standard deviation of the
+  square root of the count;
+- shares and scores: 10 % of the value or of its complement, whichever is smaller, but at least 0.01;
+- other units: 10 %.
+"""
 
 import math
+import re
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from luxloop.scenarios.files import known_failure
 from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.metrics.own_metric import PREFIX, OwnMetric, definitions_of
 from luxloop.scenarios.result import Metric
+
+COUNT, SHARE = "count", "1"
+"""Units with rules of their own."""
+
+_FIGURE = re.compile(r"\s*([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)\s*:\s*(?=\S)")
+
+
+def figure_of(text: str) -> float | None:
+    """Return the figure of a text `FIGURE: CAUSE`, None if it has none."""
+    found = _FIGURE.match(text)
+    return float(found[1]) if found else None
+
+
+def cause_of(text: str) -> str:
+    """Return a text `FIGURE: CAUSE` without its figure."""
+    return _FIGURE.sub("", text, count=1)
+
+
+def tolerance(figure: float, unit: str) -> float:
+    """Return how far a value may be from the figure, in the metric's unit."""
+    if unit == COUNT:
+        return max(2.0, 0.3 * abs(figure))
+    if unit == SHARE:
+        return max(0.01, 0.1 * min(abs(figure), abs(1.0 - figure)))
+    return 0.1 * abs(figure)
+
+
+def worst_values(figure: float | None, smallest: float | None, largest: float | None, unit: str) -> tuple[float, float]:
+    """Return the smallest and the largest excused value.
+
+    Parameters
+    ----------
+    figure
+        Of the known failure; None excuses any value.
+    smallest, largest
+        Limits of the expectation; the range begins at the limit if the figure holds. None: no such limit.
+    unit
+        Unit of the metric.
+    """
+    if figure is None:
+        return -math.inf, math.inf
+    spread = tolerance(figure, unit)
+    low = -math.inf if smallest is None else min(figure, smallest) - spread
+    high = math.inf if largest is None else max(figure, largest) + spread
+    return low, high
+
 
 RunVerdict = Literal["passed", "failed", "incomplete", "no limits"]
 
@@ -50,7 +106,7 @@ class Limit:
 
     def without_figure(self) -> "Limit":
         """Return the limit of a run whose figures are other ones, for example because of its seed."""
-        return replace(self, known_failure=known_failure.cause_of(self.known_failure))
+        return replace(self, known_failure=cause_of(self.known_failure))
 
     def holds(self, value: float) -> bool:
         """Return True if the value is within the limits."""
@@ -75,8 +131,8 @@ class Check:
     @property
     def worst_known(self) -> tuple[float, float]:
         """The smallest and the largest value that the known failure excuses."""
-        figure = known_failure.figure_of(self.limit.known_failure)
-        return known_failure.worst_values(figure, self.limit.min, self.limit.max, self.metric.unit)
+        figure = figure_of(self.limit.known_failure)
+        return worst_values(figure, self.limit.min, self.limit.max, self.metric.unit)
 
     @property
     def why(self) -> str:
@@ -101,7 +157,7 @@ class Check:
             return 0.0
         end = limit.min if limit.min is not None and value < limit.min else limit.max
         assert end is not None  # the value is above it
-        return abs(value - end) / max(known_failure.tolerance(end, self.metric.unit), sys.float_info.min)
+        return abs(value - end) / max(tolerance(end, self.metric.unit), sys.float_info.min)
 
     @property
     def outcome(self) -> ExpectationOutcome:

@@ -1,14 +1,192 @@
-"""Rows of the truth and track tables that are hits of CLEAR."""
+"""Hits of CLEAR: tracks and vehicles of each frame, id switches, and rows of the tables that are hits."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 import pandas as pd
+import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading.id_switches import HitStep
-from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
+from luxloop.scenarios.grading.matching import CONTINUITY, NO_TRACK
+
+
+class TrackingSequence(TypedDict):
+    """A run of V vehicles and T tracks with ids renumbered from 0.
+
+    The keys are trackeval's, so that tests give the same sequence to its metric classes; it ignores the first two.
+    """
+
+    frames: Ints
+    """(num_timesteps,) frame number of each time step."""
+    actor_ids: Ints
+    """(V,) actor id of each renumbered vehicle."""
+    num_timesteps: int
+    num_gt_ids: int
+    """V."""
+    num_tracker_ids: int
+    """T."""
+    num_gt_dets: int
+    """Vehicles, summed over time steps."""
+    num_tracker_dets: int
+    """Tracks, summed over time steps."""
+    gt_ids: list[Ints]
+    """Renumbered vehicles (v,) of each time step."""
+    tracker_ids: list[Ints]
+    """Renumbered tracks (t,) of each time step."""
+    similarity_scores: list[Floats]
+    """Intersection over union (v, t) of each time step."""
+
+
+def tracking_sequence(truth: pd.DataFrame, tracks: pd.DataFrame, overlaps: pd.DataFrame) -> TrackingSequence:
+    """Collect the graded vehicles, the tracks on them, the false tracks, and all overlaps between these.
+
+    Parameters
+    ----------
+    truth, tracks, overlaps
+        Tables of a run, see `luxloop.scenarios.grading.frame_tables`.
+    """
+    vehicles = truth.loc[truth["graded"], ["frame", "actor_id"]]
+    reported = tracks.loc[tracks["verdict"].isin(["graded", "false"]), ["frame", "track_id"]]
+    actor_ids, track_ids = np.unique(vehicles["actor_id"]), np.unique(reported["track_id"])
+    frames = np.unique(np.concatenate([truth["frame"], tracks["frame"]]))
+    gt_ids = _ids_per_frame(vehicles, "actor_id", actor_ids, frames)
+    tracker_ids = _ids_per_frame(reported, "track_id", track_ids, frames)
+    return {
+        "frames": frames,
+        "actor_ids": actor_ids,
+        "num_timesteps": len(frames),
+        "num_gt_ids": len(actor_ids),
+        "num_tracker_ids": len(track_ids),
+        "num_gt_dets": len(vehicles),
+        "num_tracker_dets": len(reported),
+        "gt_ids": gt_ids,
+        "tracker_ids": tracker_ids,
+        "similarity_scores": _similarity_per_frame(overlaps, frames, gt_ids, tracker_ids, actor_ids, track_ids),
+    }
+
+
+def _ids_per_frame(rows: pd.DataFrame, column: str, ids: Ints, frames: Ints) -> list[Ints]:
+    """Return the renumbered ids of each frame."""
+    rows = rows.sort_values("frame", kind="stable")
+    renumbered = np.searchsorted(ids, rows[column].to_numpy())
+    per_frame = np.split(renumbered, np.searchsorted(rows["frame"].to_numpy(), frames[1:]))
+    return per_frame[: len(frames)]  # without frames, np.split returns one empty array
+
+
+def _similarity_per_frame(
+    overlaps: pd.DataFrame,
+    frames: Ints,
+    gt_ids: list[Ints],
+    tracker_ids: list[Ints],
+    actor_ids: Ints,
+    track_ids: Ints,
+) -> list[Floats]:
+    """Return the (v, t) overlaps of each frame."""
+    known = overlaps["actor_id"].isin(actor_ids) & overlaps["track_id"].isin(track_ids)
+    rows = overlaps[known].sort_values("frame", kind="stable")
+    bounds = np.searchsorted(rows["frame"].to_numpy(), frames[1:])
+    actor = np.split(np.searchsorted(actor_ids, rows["actor_id"].to_numpy()), bounds)
+    track = np.split(np.searchsorted(track_ids, rows["track_id"].to_numpy()), bounds)
+    iou = np.split(rows["iou"].to_numpy(), bounds)
+    tables = []
+    whole = np.zeros((len(actor_ids), len(track_ids)))
+    for t in range(len(frames)):
+        whole[actor[t], track[t]] = iou[t]
+        tables.append(whole[np.ix_(gt_ids[t], tracker_ids[t])])
+        whole[actor[t], track[t]] = 0.0
+    return tables
+
+
+ROUNDING = float(np.finfo(np.float64).eps)
+"""Tolerance of comparisons of overlaps with limits, as in trackeval."""
+
+
+HitStep = tuple[int, Ints, Ints]
+"""Time step with its hits: vehicles (k,) and tracks (k,)."""
+
+
+class IdSwitch(NamedTuple):
+    """A vehicle is hit by another track than at its last hit."""
+
+    vehicle: int
+    """Renumbered id, as in the sequence."""
+    before: int
+    """Time step of the last hit by the old track."""
+    step: int
+    """Time step of the first hit by the new track."""
+
+
+def clear_hits(sequence: TrackingSequence, hit_iou_min: float) -> Iterator[HitStep]:
+    """Yield each time step with its hits: vehicles (k,) and tracks (k,), matched by CLEAR.
+
+    The pairs of the previous step are kept first, the others follow by overlap (Bernardin and Stiefelhagen 2008,
+    section 2.1.3).
+
+    Parameters
+    ----------
+    sequence
+        The run.
+    hit_iou_min
+        Least overlap of a hit.
+    """
+    matched_before = np.full(sequence["num_gt_ids"], NO_TRACK)
+    steps = zip(sequence["gt_ids"], sequence["tracker_ids"], sequence["similarity_scores"], strict=True)
+    for step, (vehicle, track, overlap) in enumerate(steps):
+        if not overlap.size:  # as in trackeval, the previous pairs stay
+            continue
+        score = overlap + CONTINUITY * (track == matched_before[vehicle][:, None])
+        score[overlap < hit_iou_min - ROUNDING] = 0.0
+        row, column = scipy.optimize.linear_sum_assignment(score, maximize=True)
+        hit = score[row, column] > ROUNDING
+        vehicle, track = vehicle[row[hit]], track[column[hit]]
+        matched_before[:] = NO_TRACK
+        matched_before[vehicle] = track
+        yield step, vehicle, track
+
+
+def id_switches(vehicles: int, hits: Iterable[HitStep]) -> list[IdSwitch]:
+    """Return every id switch of CLEAR, in the order of time steps.
+
+    Parameters
+    ----------
+    vehicles
+        Number of renumbered vehicles.
+    hits
+        From `clear_hits`.
+    """
+    found = []
+    last_track = np.full(vehicles, NO_TRACK)
+    last_step = np.zeros(vehicles, dtype=np.int64)
+    for step, vehicle, track in hits:
+        switched = (last_track[vehicle] != NO_TRACK) & (last_track[vehicle] != track)
+        found += [IdSwitch(v, last_step[v], step) for v in vehicle[switched].tolist()]
+        last_track[vehicle] = track
+        last_step[vehicle] = step
+    return found
+
+
+def fragments(vehicles: int, hits: Iterable[HitStep]) -> Ints:
+    """(V,) uninterrupted series of hits of each vehicle after its first.
+
+    A vehicle that is not graded for a while (hidden, out of range) interrupts its series, too.
+
+    Parameters
+    ----------
+    vehicles
+        Number of renumbered vehicles.
+    hits
+        From `clear_hits`.
+    """
+    series = np.zeros(vehicles, dtype=np.int64)
+    hit_before = np.zeros(vehicles, dtype=np.bool_)
+    for _, vehicle, _ in hits:
+        hit = np.zeros(vehicles, dtype=np.bool_)
+        hit[vehicle] = True
+        series += hit & ~hit_before
+        hit_before = hit
+    return np.maximum(series - 1, 0)
+
 
 COUNTED = ("graded", "false")
 """Verdicts of the tracks that CLEAR, HOTA, Identity and GOSPA count."""

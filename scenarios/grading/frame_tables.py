@@ -3,21 +3,54 @@
 Every table starts with `frame` and `time_s`. Enumerations are categories by name; -1 means "no actor" or "no track".
 """
 
+import tempfile
+import weakref
 from collections.abc import Iterable, Mapping
 from itertools import product
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.grading.articulated import ARTICULATION
-from luxloop.scenarios.grading.column_spool import ColumnSpool
 from luxloop.scenarios.grading.matching import TrackVerdict
 from luxloop.scenarios.metrics.definitions import CANDIDATES, HORIZONS, VIEWS, estimates
 from luxloop.sensor_model.truth import Cause, View
 from luxloop.sim.world import Kind, WorldFrame
 from luxloop.tracker.records import MODEL_NAMES, MODELS, Status
+
+
+class ColumnSpool:
+    """Arrays by column name, in the order in which they were added; the file has no name and ends with this object."""
+
+    def __init__(self) -> None:
+        self._file: IO[bytes] | None = None
+        self._arrays: dict[str, list[tuple[int, int, np.dtype[Any]]]] = {}
+
+    def append(self, name: str, array: npt.NDArray[Any]) -> None:
+        """Append an array (rows,) to a column.
+
+        Raises
+        ------
+        OSError
+            The file cannot be written, for instance because the disk is full.
+        """
+        if self._file is None:
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115
+            weakref.finalize(self, self._file.close)
+        self._arrays.setdefault(name, []).append((self._file.tell(), array.nbytes, array.dtype))
+        self._file.write(array.tobytes())
+
+    def column(self, name: str) -> list[npt.NDArray[Any]]:
+        """Return the arrays of a column; nothing for a column without any."""
+        found = []
+        for place, length, dtype in self._arrays.get(name, []):
+            assert self._file is not None
+            self._file.seek(place)
+            found.append(np.frombuffer(self._file.read(length), dtype))
+        return found
+
 
 Schema = Mapping[str, type | tuple[str, ...]]
 """Dtype of each column by name, or the names of its categories in the order of their codes."""

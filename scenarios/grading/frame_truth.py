@@ -1,6 +1,6 @@
-"""Ground truth of one frame for the grader: boxes in the ego frame, point counts, and graded vehicles."""
+"""Ground truth of one frame for the grader, and what the grader found in it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.ownership import point_rows
 from luxloop.scenarios.grading.plane_geometry import into_frame, iou_table
 from luxloop.scenarios.grading.truth_events.event_log import FrameEvents
+from luxloop.scenarios.grading.truth_events.truth_event import TruthEvent
 from luxloop.scenarios.metrics.definitions import GROUPS
 from luxloop.sensor_model.truth import ON_NOTHING, Cause, ScanTruth
 from luxloop.sim.sections import bend
@@ -155,3 +156,23 @@ class FrameTruth:
             "segments": segments,
             "largest_segment_share": largest_share,
         }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameGrade:
+    """Grade of one frame with A actors, T tracks and B boxes. Unassigned tracks and boxes have `NO_ACTOR` and NaN."""
+
+    graded: Bools
+    """(A,) the actor is a vehicle in range, with enough points on it, and not a bent truck."""
+    points: Ints
+    """(A,) scan points that lie on the actor."""
+    track_actor: Ints
+    """(T,) id of the actor that each track follows."""
+    track_heading_error: Floats
+    """(T,) heading of the track minus truth, modulo a full turn, in (-pi, pi] [rad]."""
+    box_actor: Ints
+    """(B,) id of the graded actor with most points of the box's segment."""
+    box_heading_error: Floats
+    """(B,) heading of the box minus truth, modulo a quarter turn, in (-pi/4, pi/4] [rad]."""
+    events: list[TruthEvent] = field(default_factory=list)
+    """Events of the ground truth that begin in this frame."""

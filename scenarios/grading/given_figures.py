@@ -7,11 +7,17 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools
-from luxloop.scenarios.grading import distance_matching, emergence_metrics, gospa_metrics, mma_metrics, track_metrics
+from luxloop.scenarios.grading import (
+    distance_matching,
+    emergence,
+    gospa,
+    mma_metrics,
+    track_metrics,
+    vulnerable_metrics,
+)
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.observations import COLUMN_OF, Filters, RunObservations, matches
-from luxloop.scenarios.grading.truth_events import event_metrics
-from luxloop.scenarios.grading.vulnerable import vulnerable_metrics
+from luxloop.scenarios.grading.truth_events import truth_event
 from luxloop.scenarios.metrics.definition import Selection
 from luxloop.scenarios.metrics.definitions import NO_VEHICLE, TARGETS
 from luxloop.scenarios.result import Metric
@@ -71,7 +77,7 @@ def _gospa(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     false = _could_be_chosen(run.clear.tracks, filters)
     ranged = "range" not in filters or bool(run.clear.tracks["range_m"].notna().all())
     sheet = MetricSheet()
-    gospa_metrics.grade(sheet, run.clear, run.config.gospa_cutoff_m, run.vehicle.chosen(filters), false, ranged=ranged)
+    gospa.grade_gospa(sheet, run.clear, run.config.gospa_cutoff_m, run.vehicle.chosen(filters), false, ranged=ranged)
     return sheet.metrics
 
 
@@ -94,20 +100,20 @@ def _could_be_chosen(tracks: pd.DataFrame, filters: Filters) -> Bools:
 def _emergence(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     del filters  # emergence has none
     sheet = MetricSheet()
-    emergence_metrics.grade(sheet, run.tables.get("emergence"), run.config.target)
+    emergence.grade_emergence(sheet, run.tables.get("emergence"), run.config.target)
     return sheet.metrics
 
 
 def _events(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     del filters  # events have none
     sheet = MetricSheet()
-    event_metrics.grade(sheet, run.tables.get("events"), run.tables.get("extremes"))
+    truth_event.grade_events(sheet, run.tables.get("events"), run.tables.get("extremes"))
     return sheet.metrics
 
 
 def _vulnerable(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     sheet = MetricSheet()
-    vulnerable_metrics.grade(sheet, run.truth, run.tracks, run.tables["overlaps"], run.config, filters)
+    vulnerable_metrics.grade_vulnerable(sheet, run.truth, run.tracks, run.tables["overlaps"], run.config, filters)
     return sheet.metrics
 
 

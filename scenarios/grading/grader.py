@@ -8,22 +8,21 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.grading import fit_errors, fit_rows, frame_tables, outlier_metrics, segmentation_metrics
+from luxloop.scenarios.grading import fit_errors, frame_tables
 from luxloop.scenarios.grading.blockers import BlockerLog
 from luxloop.scenarios.grading.body_points import Ranging
-from luxloop.scenarios.grading.emergence_log import EmergenceLog
-from luxloop.scenarios.grading.emergence_table import emergence_table
+from luxloop.scenarios.grading.emergence import EmergenceLog, emergence_table
 from luxloop.scenarios.grading.figures import Figures
-from luxloop.scenarios.grading.frame_grade import FrameGrade
 from luxloop.scenarios.grading.frame_tables import TableBuilder
-from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.grading.frame_truth import FrameGrade, FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.matching import TrackMatcher
 from luxloop.scenarios.grading.observations import RunObservations
-from luxloop.scenarios.grading.occlusion_table import occlusion_table
+from luxloop.scenarios.grading.occlusions import occlusion_table
 from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
 from luxloop.scenarios.grading.snapshots import Snapshots
+from luxloop.scenarios.grading.stage_rows import actor_shares, outlier_rows, segment_rows
 from luxloop.scenarios.grading.track_matches import TrackMatches
 from luxloop.scenarios.grading.truth_events.event_log import EventLog, FrameEvents
 from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
@@ -125,17 +124,17 @@ class Grader:
         )
 
     def _add_stages(self, frame_truth: FrameTruth, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
-        """Add the rows of segmentation, outlier removal and fitting; return `segmentation_metrics.actor_shares`."""
+        """Add the rows of segmentation, outlier removal and fitting; return `ownership.actor_shares`."""
         share_min = self._config.part_share_min
         self._segments.add(
             frame_truth.frame,
-            segmentation_metrics.rows(frame_truth.actors.id, frame_truth.boxed, ownership, share_min),
+            segment_rows(frame_truth.actors.id, frame_truth.boxed, ownership, share_min),
         )
         self._outliers.add(
-            frame_truth.frame, outlier_metrics.rows(frame_truth.point_row, frame_truth.truth.cause, ownership, trace)
+            frame_truth.frame, outlier_rows(frame_truth.point_row, frame_truth.truth.cause, ownership, trace)
         )
-        self._fits.add(frame_truth.frame, fit_rows.rows(frame_truth, ownership, trace, self._ranging))
-        segments, largest_share = segmentation_metrics.actor_shares(ownership, frame_truth.points, share_min)
+        self._fits.add(frame_truth.frame, fit_errors.fit_rows(frame_truth, ownership, trace, self._ranging))
+        segments, largest_share = actor_shares(ownership, frame_truth.points, share_min)
         return segments, np.where(frame_truth.bent, np.nan, largest_share)
 
     def end(self, collisions: tuple[Collision, ...]) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.result import Metric
-from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW, Interval
+from luxloop.scenarios.statistics.intervals import NO_ERROR, TOO_FEW, Interval
 from luxloop.scenarios.statistics.jackknife import ratio_interval
 
 Values = Floats | Bools

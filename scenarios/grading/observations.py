@@ -14,21 +14,11 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading import (
-    clear_table,
-    confirmation_metrics,
-    fit_errors,
-    mma_metrics,
-    mode_metrics,
-    occlusion_metrics,
-    prediction_metrics,
-    track_errors,
-)
+from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, occlusions, track_errors, track_metrics
 from luxloop.scenarios.grading.articulated import angles_of
+from luxloop.scenarios.grading.clear_table import HitStep, TrackingSequence, clear_hits, tracking_sequence
 from luxloop.scenarios.grading.frame_tables import models_of
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.id_switches import HitStep, clear_hits
-from luxloop.scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
 from luxloop.scenarios.metrics.definition import BANDS, band
 from luxloop.scenarios.metrics.definitions import (
     CANDIDATES,
@@ -207,7 +197,7 @@ class RunObservations:
     @cached_property
     def confirmation(self) -> Observations:
         """A row per vehicle, that of its first graded frame, with the time until its first hit."""
-        return Observations(confirmation_metrics.waits(self.clear), NO_VEHICLE, self._of_actor)
+        return Observations(track_metrics.waits(self.clear), NO_VEHICLE, self._of_actor)
 
     @cached_property
     def fit(self) -> Observations:
@@ -242,8 +232,8 @@ class RunObservations:
     @cached_property
     def occlusion(self) -> Observations:
         """A row per occlusion of a followed vehicle."""
-        found = occlusion_metrics.occlusions(self.truth, self.tracks, self.config)
-        columns = ["actor_id", *occlusion_metrics.Occlusion._fields]
+        found = occlusions.occlusions_of(self.truth, self.tracks, self.config)
+        columns = ["actor_id", *occlusions.Occlusion._fields]
         rows = pd.DataFrame([(actor, *one) for actor, one in found], columns=columns)
         short = rows["gap_s"].to_numpy(np.float64) <= SHORT_OCCLUSION_S
         return Observations(rows.assign(short=short), "", self._of_actor)
@@ -252,9 +242,9 @@ class RunObservations:
     def switch(self) -> Observations:
         """A row per change of the true mode of a followed vehicle."""
         known = self.tracks["model"].notna()
-        found = mode_metrics.switch_latencies(self.tracks[self.tracks["judged"] & known])
+        found = mma_metrics.switch_latencies(self.tracks[self.tracks["judged"] & known])
         rows = pd.DataFrame(found, columns=["actor_id", "latency_frames"])
-        why = "" if known.all() else mode_metrics.NO_MODEL
+        why = "" if known.all() else mma_metrics.NO_MODEL
         return Observations(rows, why, self._of_actor)
 
     @cached_property
@@ -306,17 +296,17 @@ class RunObservations:
         if name in _OF_MOTION:
             return _OF_MOTION[name](rows)
         if name == "changing":
-            return prediction_metrics.around_changes(rows.table, self.truth)
+            return mma_metrics.around_changes(rows.table, self.truth)
         for label, seconds in HORIZONS.items():
             if name.endswith(f"_ahead_{label}_error_m"):
                 estimate = name.removesuffix(f"_ahead_{label}_error_m")
-                return prediction_metrics.distance(rows.table, self._corner_ahead(seconds), estimate, label)
-        return mma_metrics.column(rows.table, name, self.config.nees_confidence)
+                return mma_metrics.distance(rows.table, self._corner_ahead(seconds), estimate, label)
+        return mma_metrics.corner_column(rows.table, name, self.config.nees_confidence)
 
     def _corner_ahead(self, seconds: float) -> Floats:
         """(K, 2) true positions of the tracked corners some time ahead [m], made once for all estimates."""
         if seconds not in self._corners:
-            self._corners[seconds] = prediction_metrics.true_corners(self.track.table, self.truth, seconds)
+            self._corners[seconds] = mma_metrics.true_corners(self.track.table, self.truth, seconds)
         return self._corners[seconds]
 
     @cached_property

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.grading import frame_tables, mma_metrics, prediction_metrics
+from luxloop.scenarios.grading import frame_tables, mma_metrics
 from luxloop.scenarios.grading.frame_truth import IS_VULNERABLE, FrameTruth
 from luxloop.scenarios.grading.matching import NO_TRACK, TrackMatcher, TrackVerdict
 from luxloop.scenarios.grading.plane_geometry import into_frame, iou_table, out_of_frame, turned, wrap
@@ -118,7 +118,7 @@ class TrackMatches:
             "judged": judged,
             "label": _labels(tracks),
             **mma_metrics.corner_errors(tracks, row, self.boxes_ego[row], true_boxes, ego_pose_odom),
-            **prediction_metrics.predicted(tracks, row, ego_pose_odom, frame_truth.frame.ego.pose_world),
+            **mma_metrics.predicted(tracks, row, ego_pose_odom, frame_truth.frame.ego.pose_world),
         }
         unused = frame_tables.model_columns(MODELS).keys() - columns.keys()
         return columns | dict.fromkeys(unused, np.full(len(tracks), np.nan))

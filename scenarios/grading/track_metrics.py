@@ -1,4 +1,4 @@
-"""Figures of matched tracks: HOTA, CLEAR, Identity, id switches in view, and false tracks by what they are on."""
+"""Metrics of tracks: scores, missed vehicles, false tracks, and times until confirmation."""
 
 from typing import TYPE_CHECKING
 
@@ -6,17 +6,29 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.grading import score_sums
-from luxloop.scenarios.grading.clear_table import ClearTable
-from luxloop.scenarios.grading.id_switches import IdSwitch, id_switches
+from luxloop.scenarios.grading import tracking_scores
+from luxloop.scenarios.grading.clear_table import ClearTable, IdSwitch, TrackingSequence, id_switches
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.tracking_scores import VehicleScores
-from luxloop.scenarios.grading.tracking_sequence import TrackingSequence
 from luxloop.scenarios.metrics.definitions import CLASSES, NO_TRACK, NO_VEHICLE
 from luxloop.sensor_model.truth import NO_ACTOR
 
 if TYPE_CHECKING:
     from luxloop.scenarios.grading.observations import RunObservations
+
+
+def waits(clear: ClearTable) -> pd.DataFrame:
+    """Return a row per vehicle: that of its first graded frame, with `wait_s` until the first hit [s].
+
+    It is infinite, and `never` true, without a hit.
+    """
+    vehicles = clear.vehicles.sort_values("frame", kind="stable")
+    first = vehicles.drop_duplicates("actor_id")
+    hit = clear.vehicles[clear.is_hit].groupby("actor_id")["time_s"].min()
+    never = ~first["actor_id"].isin(hit.index)
+    wait = first["actor_id"].map(hit) - first["time_s"]
+    return first.assign(never=never, wait_s=wait.astype(np.float64).mask(never, np.inf))
+
 
 KEY = ["frame", "track_id"]
 
@@ -25,13 +37,13 @@ def grade(sheet: MetricSheet, run: "RunObservations") -> None:
     """Enter every figure of the kind `score`."""
     sequence, clear = run.sequence, run.clear
     of_vehicles = VehicleScores.of(sequence, run.config.hit_iou_min, run.hits)
-    scores = score_sums.TrackingScores.of(of_vehicles)
+    scores = tracking_scores.TrackingScores.of(of_vehicles)
     followed = clear.tracks["actor_id"].where(clear.tracks["verdict"] == "graded", NO_ACTOR).to_numpy()
-    interval = score_sums.intervals(sequence, of_vehicles, followed)
+    interval = tracking_scores.intervals(sequence, of_vehicles, followed)
     vehicles, reported = sequence["num_gt_dets"], sequence["num_tracker_dets"]
     for name in ("hota", "deta", "assa", "mota", "idf1", "id_switches", "fragments", "missed"):
         value, found = getattr(scores, name), interval.get(f"track.{name}")
-        sheet.write(f"track.{name}", value, vehicles, NO_VEHICLE, found, score_sums.why_no_interval(name, value))
+        sheet.write(f"track.{name}", value, vehicles, NO_VEHICLE, found, tracking_scores.why_no_interval(name, value))
     sheet.rate("track.id_switch_rate", scores.id_switches, vehicles, NO_VEHICLE)
     sheet.write("track.loca", scores.loca, scores.most_matches, "no track overlaps a graded vehicle")
     sheet.write("track.false", scores.false, reported, NO_TRACK)

@@ -1,10 +1,11 @@
-"""Page, rows and picture of a league."""
+"""Folder of a league: its page, rows and picture."""
 
+import math
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -18,17 +19,50 @@ from luxloop.scenarios.document.document import (
     Paragraph,
     Preformatted,
     Section,
+    json_data,
 )
-from luxloop.scenarios.document.json_text import json_data
+from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.palette import BLUE, INK, LINE, MUTED
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.league import league_tables
+from luxloop.scenarios.league.drive import SCANS, write_json
 from luxloop.scenarios.league.entrants import chosen
-from luxloop.scenarios.league.json_file import write_json
-from luxloop.scenarios.league.league_figure import hota_figure
 from luxloop.scenarios.league.league_runs import Row
 from luxloop.scenarios.league.standings import Standing, ahead, beaten_in
 from luxloop.scenarios.run.device import REFERENCE
+from luxloop.scenarios.study.row_store import LOCK, ROWS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+
+CAPTION = (
+    "Dots are HOTA over all vehicles of all runs, lines 95 % intervals over vehicles; the shipped tracker is blue."
+)
+
+
+def hota_figure(found: Sequence[Standing]) -> Figure:
+    """Draw HOTA of each tracker, the highest first."""
+    shown = [each for each in found if math.isfinite(each.hota)]
+
+    def on(canvas: "Canvas") -> None:
+        axes = canvas.subplots()
+        for row, each in enumerate(shown):
+            color = BLUE if each.tracker == REFERENCE else INK
+            axes.axhline(row, color=LINE, lw=0.4)
+            if math.isfinite(each.hota_interval[0]):
+                axes.plot(each.hota_interval, [row, row], color=color, lw=2.0, solid_capstyle="butt")
+            axes.plot(each.hota, row, "o", color=color, ms=6)
+            axes.annotate(
+                f"{each.hota:.3f}", (each.hota, row), (0, 6), textcoords="offset points", ha="center", color=MUTED
+            )
+        axes.set_yticks(range(len(shown)), [each.tracker for each in shown])
+        axes.set(xlim=(0.0, 1.0), ylim=(len(shown) - 0.5, -0.7), xlabel="HOTA")
+        axes.grid(visible=False, axis="y")
+
+    return Figure("hota", "HOTA of each tracker", CAPTION, (5.4, 0.9 + 0.36 * max(len(shown), 2)), on)
+
 
 PAGE, TABLE, DOCUMENT = "league.html", "league.csv", "league.json"
 EXPLANATIONS = (
@@ -165,3 +199,20 @@ def _command(request: Request) -> str:
     trackers = [word for spec in request.trackers for word in ("--trackers", spec)]
     options = ["--seeds", seeds, "--duration", f"{request.duration_max_s:g}"]
     return shlex.join(["luxloop", "league", *request.scenarios, *options, *trackers])
+
+
+def refuse_other_files(out: Path) -> None:
+    """Raise an OutputError if `out` is a file, or holds other files than those of a league.
+
+    A league that was killed early has a lock file and maybe scans, and nothing else.
+    """
+    if not out.exists():
+        return
+    if not out.is_dir():
+        raise OutputError(f"{out}: is a file; choose another folder with --out")
+    names = {path.name for path in out.iterdir()}
+    begun = (out / ROWS).is_file() or (out / DOCUMENT).is_file()
+    if not begun and not names <= {SCANS, LOCK}:
+        raise OutputError(f"{out}: holds other files than those of a league; choose another folder with --out")
+    if (out / SCANS).is_file():
+        raise OutputError(f"{out / SCANS}: is a file, but a league has a folder there; choose another with --out")

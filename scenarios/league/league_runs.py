@@ -13,8 +13,7 @@ from typing import Any
 
 from luxloop.scenarios.errors import ContractError
 from luxloop.scenarios.files.expect import check
-from luxloop.scenarios.league.drive import Drive
-from luxloop.scenarios.league.drive_scans import code_digest, scans_digest, scans_of
+from luxloop.scenarios.league.drive import Drive, code_digest, scans_digest, scans_of
 from luxloop.scenarios.league.entrants import Entrant, chosen
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader

@@ -3,11 +3,10 @@
 import math
 from collections.abc import Sequence
 
-from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.league.entrants import Entrant
-from luxloop.scenarios.league.gospa_difference import GOSPA, PairedDifference
 from luxloop.scenarios.league.league_runs import Row
-from luxloop.scenarios.league.standings import Standing
+from luxloop.scenarios.league.standings import GOSPA, PairedDifference, Standing
 from luxloop.scenarios.report.cells import NONE, table_of
 from luxloop.scenarios.run.device import REFERENCE
 

@@ -5,9 +5,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.statistics.cluster_median import cluster_median_interval
-from luxloop.scenarios.statistics.confidence import Interval
-from luxloop.scenarios.statistics.jackknife import ANY, ratio_interval
+from luxloop.scenarios.statistics.intervals import Interval
+from luxloop.scenarios.statistics.jackknife import ANY, cluster_median_interval, ratio_interval
 
 Average = Literal["median", "mean"]
 

@@ -10,11 +10,11 @@ from rich.console import Group, RenderableType
 from rich.padding import Padding
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.realism.fit_observations import VIEWS, range_bands
 from luxloop.scenarios.realism.labelled_fits import COMPARED
 from luxloop.scenarios.report.cells import NONE, table_of
-from luxloop.scenarios.statistics.confidence import Interval
+from luxloop.scenarios.statistics.intervals import Interval
 from luxloop.scenarios.statistics.jackknife import ANY, POSITIVE, SHARE, ratio_interval
 
 METHODS = (*COMPARED, "best", "oracle")

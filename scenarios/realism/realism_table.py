@@ -8,8 +8,7 @@ from rich.console import Group, RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, Style
+from luxloop.scenarios.document.document import Span, Style, Table
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.realism import realism_figures

@@ -12,7 +12,7 @@ from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.expect import Limit
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.figures import Figures
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.metrics import of_recordings

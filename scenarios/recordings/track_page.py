@@ -19,16 +19,17 @@ from luxloop.scenarios.document.document import (
     Paragraph,
     Preformatted,
     Section,
+    Span,
+    Table,
 )
 from luxloop.scenarios.document.figure import Figure, note
 from luxloop.scenarios.document.palette import FAINT, INK, MUTED, TEXT_SERIES
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span
 from luxloop.scenarios.files.expect import Check
 from luxloop.scenarios.grading.plane_geometry import CORNER_SIGNS, corner, turned
 from luxloop.scenarios.recordings.recording import Recording
-from luxloop.scenarios.report import run_answer, track_tables
+from luxloop.scenarios.report import run_tables
 from luxloop.scenarios.report.cells import NONE, counted, table_of
+from luxloop.scenarios.report.html.reported_run import answer
 from luxloop.scenarios.report.run_document import expectations
 from luxloop.scenarios.result import Result
 from luxloop.sim.world import WorldFrame
@@ -250,7 +251,7 @@ def recording_document(
     drive
         Contents of the figures; None for the printed report.
     """
-    grades = track_tables.tracking(result) if recording.has_truth else [Paragraph(NOT_GRADED, "dim")]
+    grades = run_tables.tracking(result) if recording.has_truth else [Paragraph(NOT_GRADED, "dim")]
     drawn = [*single_scans(drive, tracks), track_lives(tracks)] if drive else []
     commands = Preformatted(f"luxloop track {recording.folder} --out {out}\nluxloop view {out}")
     settings = Folded("Settings", [Preformatted(json.dumps(result.config, indent=2, ensure_ascii=False))])
@@ -261,7 +262,7 @@ def recording_document(
         Section("grades", "Grades", grades),
         Section("again", "Reproduce", [commands, settings], page_only=True),
     ]
-    judged = run_answer.answer(result, checks)
+    judged = answer(result, checks)
     said = Answer(sentence(result, tracks))
     if checks:
         said = Answer(f"{judged.sentence}; {said.sentence}", judged.verdict, judged.style)

@@ -15,7 +15,7 @@ from luxloop.scenarios.document.document import Document
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, check
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.recordings import track_page
 from luxloop.scenarios.recordings.graded_recording import Rules, run_tracker
 from luxloop.scenarios.recordings.recording import Recording

@@ -2,9 +2,7 @@
 
 from collections.abc import Sequence
 
-from luxloop.scenarios.document.document import Answer, Block, Bullets, Document, Paragraph, Section
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, Words
+from luxloop.scenarios.document.document import Answer, Block, Bullets, Document, Paragraph, Section, Span, Table, Words
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import (
     BLAME_METRICS,

@@ -1,6 +1,6 @@
 """Tables and formatted values of reports."""
 
-from luxloop.scenarios.document.table import Table
+from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.files.expect import Check
 from luxloop.scenarios.result import Metric
 

@@ -3,13 +3,12 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from luxloop.scenarios.document.document import Answer, Block, Document, Facts, Paragraph, Section
+from luxloop.scenarios.document.document import Answer, Block, Document, Facts, Paragraph, Section, Table
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.metrics.definitions import RANGE_BANDS, find_metric
+from luxloop.scenarios.metrics.main_figures import OF_FILES
 from luxloop.scenarios.report.cells import counted, percent_of, table_of, value_of, with_unit
-from luxloop.scenarios.report.tables import figure_rows, grading_limits
-from luxloop.scenarios.report.track_tables import band_label
+from luxloop.scenarios.report.run_tables import band_label, figure_rows, grading_limits
 from luxloop.scenarios.result import Result
 
 TABLES = {
@@ -32,15 +31,6 @@ BANDED = {
     "track.velocity_abs_mean_mps": "velocity [m/s]",
 }
 """Metrics that are given by class and by range, too, with the titles of their columns."""
-HEADLINES = {
-    "track.hota": "HOTA",
-    "track.idf1": "IDF1",
-    "track.missed": "missed",
-    "track.false": "false",
-    "track.id_switches": "id switches",
-    "track.position_abs_mean_m": "position error",
-}
-"""Main figures with their short names."""
 
 
 def file_document(result: Result, figures: Sequence[Figure] = ()) -> Document:
@@ -61,7 +51,7 @@ def file_document(result: Result, figures: Sequence[Figure] = ()) -> Document:
             Paragraph(_header(result)),
             *(Paragraph(f"Warning: {warning}", "warn") for warning in result.warnings),
             *first,
-            Facts({name: with_unit(result.metrics[metric]) for metric, name in HEADLINES.items()}, large=True),
+            Facts({name: with_unit(result.metrics[metric]) for metric, name in OF_FILES.items()}, large=True),
         ],
         sections=sections,
     )
@@ -107,7 +97,7 @@ def by_band(result: Result) -> list[Block]:
 
 def by_scene(scenes: Mapping[str, Mapping[str, float | None]]) -> list[Block]:
     """Return the table of the main figures by scene; none for files without scenes."""
-    table = table_of("By scene", "", *HEADLINES.values())
+    table = table_of("By scene", "", *OF_FILES.values())
     for scene, figures in scenes.items():
         table.add_row(scene, *("-" if value is None else f"{value:.3g}" for value in figures.values()))
     return [table] if scenes else []

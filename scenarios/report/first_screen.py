@@ -13,11 +13,12 @@ from rich.text import Text
 
 from luxloop.scenarios.document.document import Answer
 from luxloop.scenarios.document.terminal import COLORS
-from luxloop.scenarios.files import known_failure
+from luxloop.scenarios.files import expect
 from luxloop.scenarios.files.expect import Check, unmet
 from luxloop.scenarios.grading.worst_frames import worst_frames
+from luxloop.scenarios.metrics.main_figures import ON_FIRST_SCREEN
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
-from luxloop.scenarios.report.run_answer import answer
+from luxloop.scenarios.report.html.reported_run import answer
 from luxloop.scenarios.rerun_log.viewer import frame_to_show
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import run_folder
@@ -34,20 +35,6 @@ CAUSE_LINES, WORST_LINES = 3, 2
 NAMED_FROM = 110
 """Columns from which the main figures are followed by the names of their metrics."""
 
-FIGURES = {
-    "track.hota": "HOTA, tracking as a whole (1 is best)",
-    "track.idf1": "IDF1, vehicles keep one id (1 is best)",
-    "track.missed_share": "vehicles in view without a track",
-    "fit.heading_abs_mean_deg": "heading error of fits, modulo 90 deg",
-    "fit.position_abs_mean_m": "corner position error of fits",
-    "track.moving_velocity_abs_mean_mps": "velocity error of moving vehicles",
-    "track.heading_abs_mean_deg": "heading error of moving vehicles",
-    "track.false_share": "false tracks over vehicles in view",
-    "track.gospa_m": "GOSPA (0 is best)",
-    "people.hota": "HOTA of people (1 is best)",
-    "riders.hota": "HOTA of riders (1 is best)",
-}
-"""Main figures with what they say; those that a run has come first."""
 MOST_FIGURES = 6
 PERCENT = ("track.missed_share", "track.false_share")
 """Main figures in percent."""
@@ -136,10 +123,10 @@ def headline(name: str, said: Answer) -> Text:
 
 def figures(metrics: Mapping[str, Metric], columns: int) -> Screen:
     """Return the first `MOST_FIGURES` main figures that have a value, with their intervals."""
-    shown = [name for name in FIGURES if name in metrics and metrics[name].value is not None][:MOST_FIGURES]
+    shown = [name for name in ON_FIRST_SCREEN if name in metrics and metrics[name].value is not None][:MOST_FIGURES]
     if not shown:
         return []
-    rows = [(FIGURES[name], *figure_cells(name, metrics[name])) for name in shown]
+    rows = [(ON_FIRST_SCREEN[name], *figure_cells(name, metrics[name])) for name in shown]
     lines = table(("Main figures", "value", "95 % interval"), rows)
     if columns >= NAMED_FROM:
         width = max(map(len, lines))
@@ -250,7 +237,7 @@ def _cause(result: Result, check: Check) -> str:
     if check.metric.reason:
         return check.metric.reason
     if check.outcome == "known failure":
-        return known_failure.cause_of(check.limit.known_failure)
+        return expect.cause_of(check.limit.known_failure)
     worse = "worse than known; " if check.known else ""
     worst = worst_frames(result, check.name, count=1)
     return f"FAILED: {worse}" + (

@@ -1,9 +1,11 @@
 """Run as a document: the printed report, and with figures its page."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import pandas as pd
 
 from luxloop.scenarios.document.document import (
     Block,
@@ -15,21 +17,87 @@ from luxloop.scenarios.document.document import (
     Player,
     Preformatted,
     Section,
+    Span,
+    Table,
+    Words,
+    code,
 )
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, Words, code
 from luxloop.scenarios.files.expect import Check
+from luxloop.scenarios.grading.truth_events.truth_event import COUNTS, EventKind
 from luxloop.scenarios.metrics.definitions import find_metric, is_metric
-from luxloop.scenarios.report import emergence_rows, fit_tables, own_rows, paper_tables, tables, track_tables
+from luxloop.scenarios.report import paper_comparison, run_tables
 from luxloop.scenarios.report.cells import interval_of, with_unit
 from luxloop.scenarios.report.file_document import file_document
-from luxloop.scenarios.report.html.reported_run import ReportedRun
-from luxloop.scenarios.report.run_answer import answer, badge
-from luxloop.scenarios.report.truth_event_line import truth_events
-from luxloop.scenarios.report.vulnerable_table import vulnerable
+from luxloop.scenarios.report.html.reported_run import ReportedRun, answer, badge
+from luxloop.scenarios.report.run_tables import vulnerable
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run.device import SHIPPED
+from luxloop.sim.highway.highway_config import MOTORIST
+
+WORDS = {
+    EventKind.EGO_COLLISION: ("collision of the ego", "collisions of the ego"),
+    EventKind.OVERLAP: ("overlap", "overlaps"),
+    EventKind.TELEPORT: ("teleport", "teleports"),
+    EventKind.INSERTION: ("insertion in view", "insertions in view"),
+    EventKind.REMOVAL: ("removal in view", "removals in view"),
+    EventKind.ID_CHANGE: ("change of id", "changes of id"),
+    EventKind.LIMIT_VIOLATION: ("violation of limits", "violations of limits"),
+}
+"""Singular and plural of each kind."""
+
+DRIVERS, OWN_DRIVERS = "other_vehicles_type", "highway_env"
+"""Key of highway-env's configuration that chooses the drivers, and the package of its own."""
+
+VALUES = {
+    "overlap_m2": "{:.2g} m²",
+    "distance_m": "{:.2g} m",
+    "speed_mps": "at {:.2g} m/s",
+    "acceleration_mps2": "{:.3g} m/s²",
+    "jerk_mps3": "{:.3g} m/s³",
+    "yaw_rate_radps": "{:.2g} rad/s",
+}
+"""Format of each quantity."""
+
+
+def truth_events(result: Result) -> list[Paragraph]:
+    """Return the warnings about the traffic, and a line with the events of each kind; nothing without any."""
+    warnings = [Paragraph(f"Warning: {warning}", "warn") for warning in result.warnings]
+    events = result.tables.get("events")
+    if events is None or events.empty:
+        return warnings
+    line = f"Traffic events: {'; '.join(_kinds(events))}"
+    masked = result.metrics["sim.masked_observations"].value
+    if masked:
+        line += f"; {masked:.0f} observations are not graded because of them"
+    return [*warnings, Paragraph(line + _remedy(result, events), "warn")]
+
+
+def _remedy(result: Result, events: pd.DataFrame) -> str:
+    """Return the remedy for limits that highway-env's own drivers exceed; nothing for other drivers."""
+    traffic = result.config.get("traffic", {})
+    drivers = traffic.get("config") if traffic.get("kind") == "highway-env" else None
+    violated = (events["kind"] == EventKind.LIMIT_VIOLATION.name.lower()).any()
+    if drivers is None or not violated or str(drivers.get(DRIVERS, OWN_DRIVERS)).partition(".")[0] != OWN_DRIVERS:
+        return ""
+    return (
+        f'; highway-env\'s own drivers turn and brake harder than cars can: set traffic.config.{DRIVERS} = "{MOTORIST}"'
+    )
+
+
+def _kinds(events: pd.DataFrame) -> Iterator[str]:
+    """Yield the number of events of each kind, and the largest of them."""
+    for kind in COUNTS.values():
+        found = events[events["kind"] == kind.name.lower()]
+        if found.empty:
+            continue
+        largest = found.loc[found["value"].idxmax()]
+        actors = " and ".join(name for name in (largest["name"], largest["other"]) if name)
+        if kind == EventKind.EGO_COLLISION:
+            actors = largest["name"]
+        example = f"{actors}, {VALUES[largest['quantity']].format(largest['value'])} at {largest['time_s']:.1f} s"
+        yield f"{len(found)} {WORDS[kind][len(found) > 1]} ({'' if len(found) == 1 else 'largest '}{example})"
+
 
 STAGES = (
     "segmentation.",
@@ -88,7 +156,7 @@ def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document
         Section("frames", "Frame by frame", [figures.player] if figures.player else [], page_only=True),
         Section("fits", "Fits of single frames", [*figures.fits, *_fits(result)]),
         Section("tracks", "Tracks", [*(one for one in figures.tracks if one not in first), *_tracks(result)]),
-        Section("bands", "Tracks by range, class and view", track_tables.by_band(result), page_only=True),
+        Section("bands", "Tracks by range, class and view", run_tables.tracks_by_band(result), page_only=True),
         Section("models", "Motion models", [*figures.models, *_models(result)]),
         Section("stages", "All stages", _stages(result)),
         Section("again", "Reproduce", _again(run) if figures is not NO_FIGURES else [], page_only=True),
@@ -161,37 +229,37 @@ def _why(check: Check, worst: Sequence[Any], anchors: Mapping[int, str]) -> Word
 def _fits(result: Result) -> list[Table]:
     """Return the paper's tables I to III, and those of the fits."""
     return [
-        paper_tables.dataset(result),
-        paper_tables.heading_error(result),
-        paper_tables.heading_distribution(result),
-        paper_tables.heading_by_view(result),
-        fit_tables.heading_by_band(result),
-        fit_tables.selection(result),
-        fit_tables.corner_and_extents(result),
+        paper_comparison.dataset(result),
+        paper_comparison.heading_error(result),
+        paper_comparison.heading_distribution(result),
+        paper_comparison.heading_by_view(result),
+        run_tables.heading_by_band(result),
+        run_tables.selection(result),
+        run_tables.corner_and_extents(result),
     ]
 
 
 def _models(result: Result) -> list[Table]:
     """Return the paper's table IV, and the tables of modes, predictions and consistency."""
-    makers = (paper_tables.position_error, tables.modes, tables.predictions, tables.consistency)
+    makers = (paper_comparison.position_error, run_tables.modes, run_tables.predictions, run_tables.consistency)
     return [make(result) for make in makers]
 
 
 def _tracks(result: Result) -> list[Table]:
     """Return the tables of the tracks over the whole run."""
-    return [*track_tables.tracking(result), *vulnerable(result)]
+    return [*run_tables.tracking(result), *vulnerable(result)]
 
 
 def _stages(result: Result) -> list[Block]:
     """Return the tables of the other stages, speed, and the limits of grading."""
     return [
-        *emergence_rows.emergence(result),
-        *own_rows.own_metrics(result),
-        tables.metric_list("Stages of the tracker", result, STAGES),
-        tables.outliers(result),
-        *([tables.control(result)] if result.config["control"] else []),
-        tables.speed(result),
-        tables.grading_limits(result.config["grading"]),
+        *run_tables.emergence(result),
+        *run_tables.own_metrics(result),
+        run_tables.metric_list("Stages of the tracker", result, STAGES),
+        run_tables.outliers(result),
+        *([run_tables.control(result)] if result.config["control"] else []),
+        run_tables.speed(result),
+        run_tables.grading_limits(result.config["grading"]),
     ]
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import Status, Tracks

@@ -19,7 +19,7 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.control.ego_driver import Decision
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.grading.articulated import parts
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.rerun_log import blueprint
 from luxloop.scenarios.rerun_log.archetypes import boxes, flat, rings, texts, transform, walls
 from luxloop.scenarios.rerun_log.events import EventFinder

@@ -8,13 +8,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from luxloop.scenarios.control import safety
-from luxloop.scenarios.control.ego_driver import TrackDriver, drive_by_truth
-from luxloop.scenarios.control.safety import SafetyLog
+from luxloop.scenarios.control import ego_driver
+from luxloop.scenarios.control.ego_driver import SafetyLog, TrackDriver, drive_by_truth
 from luxloop.scenarios.errors import ScenarioError
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.body_points import Ranging
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
@@ -126,7 +125,7 @@ def run(
     metrics, tables = grader.finish()
     own = own_metrics.grade(scenario.metric, tables, metrics, frames)
     drives, end_by_truth = _drives(scenario, rig, driver, frames)
-    control_metrics, control_tables = safety.grade(drives)
+    control_metrics, control_tables = ego_driver.grade(drives)
     end = end or end_by_truth
     return Result(
         scenario=scenario.name,

@@ -14,8 +14,7 @@ from luxloop.scenarios.errors import ScenarioError, StudyError
 from luxloop.scenarios.exit_codes import INTERNAL_ERROR
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.run import progress
-from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify
-from luxloop.scenarios.search.objective import fails, score, size
+from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify, fails, score, size
 from luxloop.scenarios.study.parameter import Parameter, Value
 from luxloop.scenarios.study.study_file import Study
 
@@ -64,7 +63,7 @@ class Disturbance:
     parameters: dict[str, Value]
     seed: int
     size: float
-    """See `objective.size`."""
+    """See `evaluator.size`."""
 
 
 def optimise(study: Study, evaluator: Evaluator, make: Make, notify: Notify) -> Disturbance | None:

@@ -14,8 +14,7 @@ from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames, worst_of_run
 from luxloop.scenarios.run import device, loop
-from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify
-from luxloop.scenarios.search.objective import distance, size
+from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify, distance, size
 from luxloop.scenarios.search.optimise import Disturbance, Make, as_text
 from luxloop.scenarios.study.parameter import Parameter, Value
 from luxloop.scenarios.study.study_file import Study

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.statistics.confidence import TAIL, Interval
+from luxloop.scenarios.statistics.intervals import TAIL, Interval
 
 LAPSES = (0.0, 0.02, 0.04)
 """Shares of failures at the easy end; below 5 %, so that a threshold of 95 % exists."""

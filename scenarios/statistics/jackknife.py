@@ -8,6 +8,9 @@ logarithms of the distance from the end of the range for errors and scores with 
 
 A figure has no interval for too few effective clusters, and where the approximation behind it fails: the standard error
 exceeds the figure on a logarithmic scale, or a limit is outside the possible range.
+
+The interval of a median is that of the share below it, turned into values (Woodruff 1952, J. Am. Statistical
+Association 47, 635).
 """
 
 import math
@@ -16,8 +19,14 @@ import numpy as np
 import scipy
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.statistics.confidence import CONFIDENCE, FEWEST_CLUSTERS, TAIL, Interval
-from luxloop.scenarios.statistics.effective_binomial import binomial_interval, effective_number
+from luxloop.scenarios.statistics.intervals import (
+    CONFIDENCE,
+    FEWEST_CLUSTERS,
+    TAIL,
+    Interval,
+    binomial_interval,
+    effective_number,
+)
 
 MOST_OF_CLUSTER = 4.0
 """Independent observations that a cluster counts as at most. Vehicles that agree say little about those not seen:
@@ -147,3 +156,14 @@ def _std(sums: Floats) -> Floats:
     """(R,) standard deviations from counts, totals and totals of squares (R, 3)."""
     mean = sums[:, 1] / sums[:, 0]
     return np.sqrt(np.maximum(sums[:, 2] / sums[:, 0] - mean**2, 0.0))
+
+
+def cluster_median_interval(cluster: Ints, values: Floats) -> Interval | None:
+    """Return the interval of the median of `values` (n,) of vehicles `cluster` (n,); None as for `ratio_interval`."""
+    median = np.median(values)
+    below = 0.5 * ((values < median).astype(np.float64) + (values <= median))
+    shares = ratio_interval(cluster, below, np.ones_like(values), SHARE)
+    if shares is None:
+        return None
+    low, high = np.quantile(values, shares)
+    return float(low), float(high)

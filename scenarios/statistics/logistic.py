@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.statistics.confidence import TAIL, Interval
+from luxloop.scenarios.statistics.intervals import TAIL, Interval
 
 RESAMPLES = 1000
 SEED = 0

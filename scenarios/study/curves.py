@@ -19,10 +19,13 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.statistics.bounded_mean import bounded_mean_interval
-from luxloop.scenarios.statistics.confidence import Interval
-from luxloop.scenarios.statistics.median_interval import median_interval
-from luxloop.scenarios.statistics.seed_warnings import few_seeds, is_dominated
+from luxloop.scenarios.statistics.intervals import (
+    Interval,
+    bounded_mean_interval,
+    few_seeds,
+    is_dominated,
+    median_interval,
+)
 from luxloop.scenarios.study.worker import BROKEN
 
 NONE: Interval = (math.nan, math.nan)

@@ -16,16 +16,15 @@ from rich.text import Text
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.document import figure_files
+from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES
-from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.report.cells import table_of
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.statistics import logistic
-from luxloop.scenarios.statistics.confidence import TAIL, Interval
-from luxloop.scenarios.statistics.effective_binomial import binomial_interval, effective_number
+from luxloop.scenarios.statistics.intervals import TAIL, Interval, binomial_interval, effective_number
 from luxloop.scenarios.statistics.logistic import LogisticFit
 
 if TYPE_CHECKING:

@@ -23,10 +23,10 @@ from support.scripts import load_script
 
 import luxloop
 from luxloop.scenarios.cli import app, main
-from luxloop.scenarios.control import safety
+from luxloop.scenarios.control import ego_driver
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading import emergence_table, frame_tables, occlusion_table
+from luxloop.scenarios.grading import emergence, frame_tables, occlusions
 from luxloop.scenarios.grading.truth_events import truth_event
 from luxloop.scenarios.metrics.definition import FILTERS
 from luxloop.scenarios.metrics.definitions import (
@@ -44,6 +44,7 @@ from luxloop.scenarios.metrics.definitions import (
     WITHIN_DEG,
 )
 from luxloop.scenarios.metrics.former_names import FORMER, present_name
+from luxloop.scenarios.metrics.main_figures import ON_FIRST_SCREEN
 from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
@@ -210,7 +211,7 @@ def test_pages_show_the_first_screen_as_it_is_printed(page):
     failing = {line.split()[0]: line for line in lines if " < " in line or " > " in line}
     assert set(failing) == {name for name, limit in expect.items() if limit.known_failure}, again
     title = next(k for k, line in enumerate(lines) if line.startswith("Main figures"))
-    labels = list(first_screen.FIGURES.values())[: first_screen.MOST_FIGURES]
+    labels = list(ON_FIRST_SCREEN.values())[: first_screen.MOST_FIGURES]
     assert [re.split(r"  +", line.strip())[0] for line in lines[title + 1 : title + 1 + len(labels)]] == labels, again
     commands = first_screen.commands_of(Path("runs/sumo-crossing-seed1"), recorded=True)
     assert lines[-2:] == [line.plain for line in first_screen.next_commands(commands, refresh.COLUMNS)], again
@@ -410,7 +411,7 @@ def test_every_column_is_listed(table):
 @pytest.mark.parametrize(
     ("table", "columns"),
     [
-        ("occlusions", occlusion_table.COLUMNS),
+        ("occlusions", occlusions.COLUMNS),
         ("blockers", frame_tables.BLOCKERS),
         ("events", truth_event.COLUMNS),
         ("extremes", frame_tables.EXTREMES),
@@ -423,11 +424,11 @@ def test_every_column_of_occlusions_is_listed(table, columns):
 
 def test_every_column_of_emergence_is_listed():
     listed = names_in_rows(section_tree(RESULTS, "Tables").partition("### emergence\n")[2].partition("\n### ")[0])
-    assert {"frame", "time_s", *listed} >= set(emergence_table.COLUMNS)
+    assert {"frame", "time_s", *listed} >= set(emergence.COLUMNS)
 
 
 def test_every_column_of_a_controlled_ego_s_drive_is_listed():
-    assert ["frame", "time_s", *names_in_rows(section(RESULTS, "control"))] == [*safety.COLUMNS, "driver"]
+    assert ["frame", "time_s", *names_in_rows(section(RESULTS, "control"))] == [*ego_driver.COLUMNS, "driver"]
 
 
 def names_in_rows(text: str) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.grading.frame_grade import FrameGrade
+from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth
 from luxloop.sim.world import Actors, Ego, Kind, Mode, Obstacles, WorldFrame
 from luxloop.tracker.records import METHODS, Boxes, Candidates, Linkage, Segments, Status, StepTrace, Tracks

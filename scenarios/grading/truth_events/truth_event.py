@@ -1,13 +1,100 @@
 """Record of a truth event, its table, and its description."""
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.grading.truth_events.event_names import EventKind
+from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.metrics.definitions import EVENT_EXTREMES
 from luxloop.sensor_model.truth import NO_ACTOR
-from luxloop.sim.world import WorldFrame
+from luxloop.sim.world import Kind, WorldFrame
+
+
+class EventKind(IntEnum):
+    """Kind of a truth event."""
+
+    EGO_COLLISION = 0
+    """The body of an actor overlaps the ego's, or the simulator reports a collision and shows none of it."""
+    OVERLAP = 1
+    """The bodies of two actors overlap."""
+    TELEPORT = 2
+    """A road user continues at a place that its velocity does not lead to, with the same id or a new one."""
+    INSERTION = 3
+    """An actor appears in view of the LIDARs."""
+    REMOVAL = 4
+    """An actor in view of the LIDARs vanishes."""
+    ID_CHANGE = 5
+    """An actor vanishes, and another of the same class and size continues in its place."""
+    LIMIT_VIOLATION = 6
+    """A body exceeds a limit of vehicle dynamics."""
+
+
+COUNTS = {
+    "ego_collisions": EventKind.EGO_COLLISION,
+    "overlaps": EventKind.OVERLAP,
+    "teleports": EventKind.TELEPORT,
+    "insertions_in_view": EventKind.INSERTION,
+    "removals_in_view": EventKind.REMOVAL,
+    "id_changes": EventKind.ID_CHANGE,
+    "limit_violations": EventKind.LIMIT_VIOLATION,
+}
+"""Kind of the events that each metric counts."""
+
+
+OVERLAP_M2 = 0.05
+"""[m^2] Least overlap of two boxes that is an overlap of bodies. Corners of bodies are rounded: at a radius of 0.5 m a
+box is (1 - pi / 4) r^2 = 0.054 m^2 larger than the body at each corner."""
+
+JUMP_M = 1.0
+"""[m] Least distance between a body and the place its velocity leads to that is a teleport. Within a frame of 0.08 s,
+10 m/s^2 account for 0.03 m."""
+
+ACCELERATION_MPS2 = 10.0
+"""[m/s^2] Longitudinal and lateral together: the grip of good tyres on a dry road (Kamm's circle)."""
+
+JERK_MPS3 = 60.0
+"""[m/s^3] Twice the truth layer's limit along (`sim.physical.limits.JERK`). An emergency brake of 9 m/s^2 builds up in
+0.15 s or more."""
+
+YAW_RATE_RADPS = 1.5
+"""[rad/s] Of bodies on wheels: a car on its smallest turning circle of 5 m radius at 7.5 m/s, with 11 m/s^2."""
+
+ON_WHEELS = np.array([kind not in (Kind.PEDESTRIAN, Kind.OBSTACLE) for kind in Kind])
+"""True for kinds with a limit of the yaw rate, by `Kind`; people turn on the spot."""
+
+EPISODE_S = 1.0
+"""[s] Two overlaps or violations of the same bodies are one event if the time between them is at most this long."""
+
+REAPPEARANCE_S = 1.0
+"""[s] Longest time between the end of an actor and its continuation with another id."""
+
+SAME_SIZE_M = 0.01
+"""[m] Largest difference between the sizes of one body."""
+
+MASK_S = 1.0
+"""[s] Time for which an actor that was inserted or moved in view is not graded, and for which tracks at the place of a
+removed one are not false. A vehicle on a real road comes into view by degrees: at 5 m/s, 5 m of length take 1 s, and a
+tracker confirms it meanwhile. `luxloop.scenarios.grading.snapshots` allows the same time for confirmation."""
+
+FRINGE_M = 10.0
+"""[m] Actors enter and leave at the border of the delivered range. They do not within this distance of it."""
+
+LIMITS = {
+    "acceleration_mps2": ACCELERATION_MPS2,
+    "jerk_mps3": JERK_MPS3,
+    "yaw_rate_radps": YAW_RATE_RADPS,
+}
+"""Limit of each checked quantity."""
+
+
+def exceedance(values: Floats) -> Floats:
+    """Return values (M, 3) of the quantities in `LIMITS`, in units of their limits."""
+    excess: Floats = values / np.array(list(LIMITS.values()))
+    return excess
+
 
 COLUMNS = (
     *("frame", "time_s", "end_frame", "kind", "actor_id", "name", "other_id", "other"),
@@ -119,3 +206,20 @@ def new_event(
     """
     other_id, other_name = (NO_ACTOR, "") if other is None else other
     return TruthEvent(kind, frame.index, frame.time, frame.index, *actor, other_id, other_name, *measure, *motion)
+
+
+NO_EVENTS = "the run has no table of truth events: its traffic was not simulated, or by an earlier version"
+
+
+def grade_events(sheet: MetricSheet, events: pd.DataFrame | None, extremes: pd.DataFrame | None) -> None:
+    """Enter every `sim` metric; without the tables they have no value."""
+    known = events is not None and extremes is not None
+    frames = len(extremes) if extremes is not None and known else 0
+    for name, kind in COUNTS.items():
+        count = int((events["kind"] == kind.name.lower()).sum()) if events is not None else None
+        sheet.write(f"sim.{name}", count, frames, NO_EVENTS)
+    for name in EVENT_EXTREMES:
+        largest = float(extremes[name].max()) if extremes is not None and frames else None
+        sheet.write(f"sim.{name}", largest, frames, NO_EVENTS)
+    masked = int(extremes["masked"].sum()) if extremes is not None else None
+    sheet.write("sim.masked_observations", masked, frames, NO_EVENTS)

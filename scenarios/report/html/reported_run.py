@@ -2,29 +2,58 @@
 
 import re
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from luxloop.scenarios.document.document import Answer
+from luxloop.scenarios.document.document import Answer, Span, Style
 from luxloop.scenarios.files import shipped
-from luxloop.scenarios.files.expect import Check, RunVerdict, ranked, unmet, verdict
+from luxloop.scenarios.files.expect import Check, ExpectationOutcome, RunVerdict, ranked, unmet, verdict
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
-from luxloop.scenarios.report.cells import with_unit
-from luxloop.scenarios.report.run_answer import answer
+from luxloop.scenarios.metrics.main_figures import OF_RUNS
+from luxloop.scenarios.report.cells import counted, with_unit
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.device import SHIPPED
 
-SUITE_METRICS = {
-    "track.hota": "HOTA",
-    "track.idf1": "IDF1",
-    "track.missed": "missed",
-    "track.false": "false",
-    "track.id_switches": "id switches",
-    "fit.heading_abs_mean_deg": "fit heading",
-    "perf.realtime_factor": "x real time",
+STYLES: dict[RunVerdict, Style] = {"passed": "good", "failed": "bad", "incomplete": "warn", "no limits": "info"}
+OUTCOMES: dict[ExpectationOutcome, Style] = {
+    "passed": "good",
+    "failed": "bad",
+    "known failure": "warn",
+    "unexpected pass": "info",
+    "not applicable": "dim",
 }
-"""Main metrics of a run, with short names."""
+NOTHING_EXPECTED = "nothing in [expect] to pass or fail"
+
+
+def answer(result: Result, checks: Sequence[Check]) -> Answer:
+    """Return the verdict with its sentence."""
+    found = verdict(checks, result.complete)
+    said = _held(checks)
+    sentence = said if result.complete else f"ended early: {result.ended_early}; so far {said}"
+    return Answer(sentence, found, STYLES[found])
+
+
+def run_badge(found: RunVerdict) -> Span:
+    """Return the verdict on a run as a badge."""
+    return Span(found, STYLES[found], badge=True)
+
+
+def badge(outcome: ExpectationOutcome) -> Span:
+    """Return the outcome of an expectation as a badge."""
+    return Span(outcome, OUTCOMES[outcome], badge=True)
+
+
+def _held(checks: Sequence[Check]) -> str:
+    if not checks:
+        return NOTHING_EXPECTED
+    count = {outcome: sum(check.outcome == outcome for check in checks) for outcome in OUTCOMES}
+    said = f"{sum(check.holds for check in checks)} of {len(checks)} expectations hold"
+    said += f", {count['failed']} failed" if count["failed"] else ""
+    said += f", {counted(count['known failure'], 'known failure')}" if count["known failure"] else ""
+    return said + (f", {count['not applicable']} not applicable" if count["not applicable"] else "")
+
 
 IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+|[\w-]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
@@ -92,7 +121,7 @@ class ReportedRun:
     @property
     def headlines(self) -> dict[str, str]:
         """Values of the main metrics by their short names."""
-        return {name: with_unit(self.result.metrics[metric]) for metric, name in SUITE_METRICS.items()}
+        return {name: with_unit(self.result.metrics[metric]) for metric, name in OF_RUNS.items()}
 
     @property
     def unmet(self) -> list[str]:

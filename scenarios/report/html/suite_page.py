@@ -1,26 +1,71 @@
 """HTML report of many runs: a table of all, and a section for each."""
 
+import math
 import os
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from luxloop.scenarios.document.document import Answer, Block, Document, Folded, Paragraph, Preformatted, Section
-from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, code
+from luxloop.scenarios.document.document import (
+    Answer,
+    Block,
+    Document,
+    Folded,
+    Paragraph,
+    Preformatted,
+    Section,
+    Span,
+    Table,
+    code,
+)
+from luxloop.scenarios.document.figure import Figure, note
+from luxloop.scenarios.document.palette import BAD, GOOD, LINE, MUTED, WARN
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files.expect import RunVerdict
+from luxloop.scenarios.metrics.main_figures import OF_RUNS
 from luxloop.scenarios.report.cells import counted, with_unit
 from luxloop.scenarios.report.html.birdseye import birdseye
-from luxloop.scenarios.report.html.frame_points import frame_points
-from luxloop.scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun
-from luxloop.scenarios.report.html.shown_frames import shown_frames
-from luxloop.scenarios.report.html.suite_figure import suite_figure
-from luxloop.scenarios.report.run_answer import run_badge
+from luxloop.scenarios.report.html.reported_run import ReportedRun, run_badge
+from luxloop.scenarios.report.html.shown_frames import frame_points, shown_frames
 from luxloop.scenarios.report.run_document import PICTURE_LEGEND, expectations
 from luxloop.scenarios.run import run_folder
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+
+COLORS = {"passed": (GOOD, "o"), "failed": (BAD, "X"), "incomplete": (WARN, "s"), "no limits": (MUTED, "D")}
+"""Colour and mark of each verdict."""
+
+
+def suite_figure(runs: Sequence[ReportedRun]) -> Figure:
+    """Draw HOTA of each run, in a row per family."""
+    measured = [(run, run.result.metrics["track.hota"].value) for run in runs]
+    shown = [(run, value) for run, value in measured if value is not None and math.isfinite(value)]
+    families = sorted({run.family or "others" for run, _ in shown})
+    found = list(dict.fromkeys(run.verdict for run, _ in shown))
+
+    def on(canvas: "Canvas") -> None:
+        axes = canvas.subplots()
+        if not shown:
+            note(axes, "no run has a value")
+        for verdict in found:
+            color, mark = COLORS[verdict]
+            of = [(value, families.index(run.family or "others")) for run, value in shown if run.verdict == verdict]
+            axes.plot(*zip(*of, strict=True), mark, color=color, ms=6, alpha=0.8, mew=0.0, label=verdict, clip_on=False)
+        for row in range(len(families)):
+            axes.axhline(row, color=LINE, lw=0.4, zorder=0)
+        axes.set_yticks(range(len(families)), families)
+        axes.set(xlim=(0.0, 1.0), ylim=(max(len(families), 1) - 0.5, -0.5), xlabel="HOTA (1 is best)")
+        axes.grid(visible=False, axis="y")
+        if found:
+            canvas.legend(loc="outside upper left", ncols=len(found))
+
+    caption = "A mark is a run: how well it tracks as a whole, and the verdict on its expectations."
+    return Figure("hota", "HOTA of each run", caption, (5.2, 1.0 + 0.24 * max(len(families), 2)), on)
+
 
 PICTURES: dict[RunVerdict, int] = {"failed": 2, "incomplete": 2, "passed": 1, "no limits": 1}
 """Number of pictures of a run by its verdict."""
@@ -136,7 +181,7 @@ def _all(runs: Sequence[RunSection]) -> Table:
     table = Table("")
     for name in ("run", "family", "verdict"):
         table.add_column(name)
-    for name in ("hold", *SUITE_METRICS.values(), "simulated"):
+    for name in ("hold", *OF_RUNS.values(), "simulated"):
         table.add_column(name, justify="right")
     for one in runs:
         run, checks = one.run, one.run.checks

@@ -10,7 +10,7 @@ import pytest
 from support.optional import need
 from support.paths import CATALOG, NETS
 
-from luxloop.scenarios.authoring.draft_sources import TypeGuesses
+from luxloop.scenarios.authoring.draft import TypeGuesses
 from luxloop.scenarios.authoring.new_scenario import scenario_text
 from luxloop.scenarios.authoring.traffic_input import files_beside, read_input
 from luxloop.scenarios.cli import main

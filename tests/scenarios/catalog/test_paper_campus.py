@@ -8,7 +8,7 @@ import pytest
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import paths
 from luxloop.scenarios.grading.frame_truth import FrameTruth
-from luxloop.scenarios.report.paper_figures import DATASET, VIEWS
+from luxloop.scenarios.report.paper_comparison import DATASET, VIEWS
 from luxloop.scenarios.run import loop
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.rig.rig import load_rig

@@ -4,7 +4,7 @@ import json
 import re
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.commands.metrics import EXAMPLES
+from luxloop.scenarios.commands.list_scenarios import EXAMPLES
 from luxloop.scenarios.metrics.definition import FILTERS, filtered
 from luxloop.scenarios.metrics.definitions import DEFINITIONS, find_metric
 

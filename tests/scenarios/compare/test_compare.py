@@ -12,8 +12,7 @@ from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
 from luxloop.scenarios.compare.comparison import compare, judge
 from luxloop.scenarios.compare.digest import Expectation, digest
 from luxloop.scenarios.compare.resampling import Difference, differences
-from luxloop.scenarios.compare.run_pairs import pair
-from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.compare.run_pairs import Side, pair
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario

@@ -11,11 +11,10 @@ from support import recorded, short_run
 from support.paths import DOCS
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.compare import baseline_file, sides
+from luxloop.scenarios.compare import baseline_file, run_pairs
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
 from luxloop.scenarios.compare.run_pairs import pair
-from luxloop.scenarios.compare.truth_sums import TRUTH
-from luxloop.scenarios.compare.vehicle_sums import SUMS
+from luxloop.scenarios.compare.vehicle_sums import SUMS, TRUTH
 from luxloop.scenarios.errors import InputError, OutputError
 from luxloop.scenarios.files.expect import Limit, check
 from luxloop.scenarios.result import Metric
@@ -57,7 +56,7 @@ def edit(run, before, after):
 
 
 def pairs_of(base, head):
-    return pair(sides.read(base), sides.read(head))
+    return pair(run_pairs.read_side(base), run_pairs.read_side(head))
 
 
 # --- reading
@@ -67,8 +66,8 @@ def test_folder_with_subfolders_and_single_run_are_read(tmp_path):
     for seed in (2, 1):
         write(tmp_path / "runs" / "family" / f"short-seed{seed}", seed=seed)
     (tmp_path / "runs" / "notes.txt").write_text("mine")
-    assert [str(key) for key in sides.read(tmp_path / "runs").runs] == ["short seed 1", "short seed 2"]
-    assert len(sides.read(tmp_path / "runs" / "family" / "short-seed2").runs) == 1
+    assert [str(key) for key in run_pairs.read_side(tmp_path / "runs").runs] == ["short seed 1", "short seed 2"]
+    assert len(run_pairs.read_side(tmp_path / "runs" / "family" / "short-seed2").runs) == 1
 
 
 def test_unfinished_run_is_left_out_with_a_note(tmp_path):
@@ -83,7 +82,7 @@ def test_unfinished_run_is_left_out_with_a_note(tmp_path):
 def test_two_runs_of_one_scenario_and_seed_are_refused(tmp_path):
     write(tmp_path / "runs" / "a"), write(tmp_path / "runs" / "b")
     with pytest.raises(OutputError, match=r"two runs of short seed 4, .*a and .*b; keep one"):
-        sides.read(tmp_path / "runs")
+        run_pairs.read_side(tmp_path / "runs")
 
 
 @pytest.mark.parametrize(
@@ -293,7 +292,7 @@ def test_baseline_does_not_depend_on_times(tmp_path):
     for name, time_ms in (("fast", 1.0), ("slow", 60.0)):
         timed = {**short_run.result().metrics, "perf.tracker_ms_p50": Metric(time_ms, "ms", 10)}
         run = write(tmp_path / name, metrics=timed, config=config(expect=limits))
-        baseline_file.write(tmp_path / f"{name}.jsonl", list(sides.read(run).runs.values()))
+        baseline_file.write(tmp_path / f"{name}.jsonl", list(run_pairs.read_side(run).runs.values()))
     assert (tmp_path / "fast.jsonl").read_bytes() == (tmp_path / "slow.jsonl").read_bytes()
     assert "track.idf1" in (tmp_path / "fast.jsonl").read_text()
 

@@ -13,8 +13,7 @@ from luxloop.scenarios.compare import baseline_file
 from luxloop.scenarios.compare.comparison import compare
 from luxloop.scenarios.compare.comparison_document import INTERVALS, comparison_document, number
 from luxloop.scenarios.compare.digest import Expectation, Key
-from luxloop.scenarios.compare.run_pairs import pair
-from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.compare.run_pairs import Side, pair
 from luxloop.scenarios.compare.vehicle_sums import SUMS
 from luxloop.scenarios.document import html, markdown
 

@@ -6,10 +6,9 @@ from support import recorded
 from support.optional import need
 
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
-from luxloop.scenarios.compare.truth_sums import TRUTH
-from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
+from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS, TRUTH, VehicleSums
+from luxloop.scenarios.grading.clear_table import tracking_sequence
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
-from luxloop.scenarios.grading.tracking_sequence import tracking_sequence
 from luxloop.sensor_model.truth import NO_ACTOR
 
 LIMIT = {"THRESHOLD": 0.5, "PRINT_CONFIG": False}

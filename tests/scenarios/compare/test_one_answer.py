@@ -14,11 +14,9 @@ from support import recorded
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare import baseline_file
 from luxloop.scenarios.compare.comparison import compare
-from luxloop.scenarios.compare.comparison_answer import answer, needed_text
+from luxloop.scenarios.compare.comparison_answer import SeedsNeeded, answer, needed_text, seeds_needed
 from luxloop.scenarios.compare.digest import Expectation
-from luxloop.scenarios.compare.run_pairs import pair
-from luxloop.scenarios.compare.seeds_needed import SeedsNeeded, seeds_needed
-from luxloop.scenarios.compare.sides import Side
+from luxloop.scenarios.compare.run_pairs import Side, pair
 from luxloop.scenarios.compare.vehicle_sums import SUMS
 
 MET, MISSED = (Expectation(outcome, value, ">= 0.9") for outcome, value in (("passed", 0.9), ("failed", 0.89)))

@@ -11,11 +11,11 @@ from support import recorded
 from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.compare import sides
+from luxloop.scenarios.compare import run_pairs
 from luxloop.scenarios.compare.comparison import compare
 from luxloop.scenarios.compare.digest import digest
 from luxloop.scenarios.compare.run_pairs import pair
-from luxloop.scenarios.compare.truth_sums import TRUTH, close, counterparts
+from luxloop.scenarios.compare.vehicle_sums import TRUTH, close, counterparts
 
 OTHER_CPU = {
     "OPENBLAS_CORETYPE": "Nehalem",
@@ -41,7 +41,7 @@ def two_machines(tmp_path_factory):
 
 def test_run_of_another_instruction_set_is_the_same(two_machines, capsys):
     """The hashes differ on every CPU with one of the switched-off instructions; the comparison is exact on all."""
-    pairs = pair(sides.read(two_machines / "other.jsonl"), sides.read(two_machines / "this"))
+    pairs = pair(run_pairs.read_side(two_machines / "other.jsonl"), run_pairs.read_side(two_machines / "this"))
     assert pairs.notes == []
     assert pairs.compared[0].same
     assert len(pairs.compared[0].units()[0]) == 9  # eight vehicles and NO_ACTOR
@@ -76,7 +76,7 @@ def test_planted_loss_of_two_percent_is_found_against_a_baseline_of_another_cpu(
 
     def against(runs):
         side = {run.key: run for run in runs}
-        return compare(pair(sides.Side(ROOT, {run.key: run for run in base}, []), sides.Side(ROOT, side, [])))
+        return compare(pair(run_pairs.Side(ROOT, {run.key: run for run in base}, []), run_pairs.Side(ROOT, side, [])))
 
     assert against(recorded.base()).verdict == "same"
     assert all(pair.same and not pair.identical for pair in against(recorded.base()).pairs.compared)

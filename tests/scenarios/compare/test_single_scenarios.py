@@ -8,12 +8,9 @@ import pytest
 from support import recorded
 
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
-from luxloop.scenarios.compare.comparison import compare
+from luxloop.scenarios.compare.comparison import LossTest, candidates, compare, loss_test
 from luxloop.scenarios.compare.digest import Key
-from luxloop.scenarios.compare.exchanges import LossTest, loss_test
-from luxloop.scenarios.compare.run_pairs import pair
-from luxloop.scenarios.compare.sides import Side
-from luxloop.scenarios.compare.single_scenarios import candidates
+from luxloop.scenarios.compare.run_pairs import Side, pair
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
 
 METRIC = next(metric for metric in COMPARED_METRICS if metric.name == "fit.heading_abs_mean_deg")

@@ -11,10 +11,8 @@ from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare import baseline_file
-from luxloop.scenarios.compare.sides import Side
-from luxloop.scenarios.compare.trend_figures import small_line
-from luxloop.scenarios.compare.trend_values import KEY_METRICS, labels, trends
-from luxloop.scenarios.compare.trends_document import trends_document
+from luxloop.scenarios.compare.run_pairs import Side
+from luxloop.scenarios.compare.trends import KEY_METRICS, labels, small_line, trends, trends_document
 from luxloop.scenarios.compare.vehicle_sums import SUMS
 from luxloop.scenarios.document import html
 from luxloop.scenarios.errors import InputError

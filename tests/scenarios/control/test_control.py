@@ -10,13 +10,19 @@ from hypothesis import strategies as st
 from support.frames import DT, Body, Estimate, observe, tracks_of, world_frame
 
 from luxloop.scenarios.control.control_config import CruiseConfig
-from luxloop.scenarios.control.ego_driver import CruiseController, idm_acceleration
-from luxloop.scenarios.control.safety import NEVER_CLOSING, NO_CONTROL, NO_FRAME, NO_LEAD, SafetyLog, grade
-from luxloop.scenarios.control.surroundings import (
+from luxloop.scenarios.control.ego_driver import (
+    NEVER_CLOSING,
+    NO_CONTROL,
+    NO_FRAME,
+    NO_LEAD,
+    CruiseController,
     LeadVehicle,
+    SafetyLog,
     Surroundings,
     TrackedSurroundings,
     find_lead,
+    grade,
+    idm_acceleration,
     nearest_in_corridor,
     to_path_frame,
     true_surroundings,

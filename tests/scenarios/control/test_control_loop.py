@@ -5,8 +5,7 @@ import pytest
 from support import short_run
 from support.frames import tracks_of
 
-from luxloop.scenarios.control.ego_driver import drive_by_truth
-from luxloop.scenarios.control.safety import NO_CONTROL
+from luxloop.scenarios.control.ego_driver import NO_CONTROL, drive_by_truth
 from luxloop.scenarios.errors import ScenarioError
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario

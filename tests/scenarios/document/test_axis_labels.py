@@ -9,16 +9,14 @@ from support import recorded, short_run
 from support.paths import ROOT
 
 from luxloop.scenarios.compare import baseline_file
-from luxloop.scenarios.compare.change_figure import change_figure
 from luxloop.scenarios.compare.comparison import compare
-from luxloop.scenarios.compare.run_pairs import pair
-from luxloop.scenarios.compare.sides import Side
-from luxloop.scenarios.compare.trend_figures import suite_figures
-from luxloop.scenarios.compare.trend_values import trends
+from luxloop.scenarios.compare.comparison_document import change_figure
+from luxloop.scenarios.compare.run_pairs import Side, pair
+from luxloop.scenarios.compare.trends import suite_figures, trends
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.report.html.run_page import run_figures
-from luxloop.scenarios.report.html.suite_figure import suite_figure
+from luxloop.scenarios.report.html.suite_page import suite_figure
 from luxloop.scenarios.run import run_folder
 
 

@@ -20,11 +20,12 @@ from luxloop.scenarios.document.document import (
     Paragraph,
     Preformatted,
     Section,
+    Span,
+    Table,
+    code,
+    json_text,
 )
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.json_text import json_text
-from luxloop.scenarios.document.table import Table
-from luxloop.scenarios.document.words import Span, code
 
 HOSTILE = "<b>|`_&"
 

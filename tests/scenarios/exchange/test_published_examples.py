@@ -17,8 +17,7 @@ from luxloop.scenarios.grading.distance_matching import (
     match_frames,
     recall_curve,
 )
-from luxloop.scenarios.grading.score_sums import TrackingScores
-from luxloop.scenarios.grading.tracking_scores import VehicleScores
+from luxloop.scenarios.grading.tracking_scores import TrackingScores, VehicleScores
 
 FIGURE_1 = {
     "A": (range(50), 0.50, 0.50, 0.50, 0.50, 0.67),

@@ -7,8 +7,7 @@ from support import short_run
 from support.paths import CATALOG
 
 from luxloop.scenarios.files import shipped
-from luxloop.scenarios.files.expect import SHIPPED, Check, Limit, check, verdict
-from luxloop.scenarios.files.known_failure import figure_of, tolerance, worst_values
+from luxloop.scenarios.files.expect import SHIPPED, Check, Limit, check, figure_of, tolerance, verdict, worst_values
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.result import Metric
 from luxloop.scenarios.run import device

@@ -15,7 +15,7 @@ from support.scripts import load_script
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import POINT_BANDS, RANGE_BANDS, VIEWS
 from luxloop.scenarios.run import run_folder
-from luxloop.scenarios.statistics.confidence import FEWEST_CLUSTERS
+from luxloop.scenarios.statistics.intervals import FEWEST_CLUSTERS
 from luxloop.tracker.records import METHODS
 
 candidates = load_script(ROOT / "docs" / "candidates.py")

@@ -15,7 +15,7 @@ from support.frames import CAR_SIZE, Body, Scripted, observe, trace_of, world_fr
 
 from luxloop.scenarios.grading import body_points
 from luxloop.scenarios.grading.body_points import Ranging
-from luxloop.scenarios.grading.bound import BOW_SHARE, BOW_STD_M, CORNER_RADIUS_M, bound, observed, on_faces
+from luxloop.scenarios.grading.fit_errors import BOW_SHARE, BOW_STD_M, CORNER_RADIUS_M, bound, observed, on_faces
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig

@@ -6,8 +6,7 @@ import pandas as pd
 import pytest
 from support.frames import Body, Scripted, drive, follow, grade_run
 
-from luxloop.scenarios.grading.mma_metrics import band, mahalanobis_squared
-from luxloop.scenarios.grading.mode_metrics import switch_latencies
+from luxloop.scenarios.grading.mma_metrics import band, mahalanobis_squared, switch_latencies
 from luxloop.sim.world import Mode
 from luxloop.tracker.records import MODELS, Status
 

@@ -8,7 +8,7 @@ from support.frames import Body, Scripted, follow, grade_run
 from support.optional import need
 from support.sequences import random_sequence
 
-from luxloop.scenarios.grading.id_switches import clear_hits, id_switches
+from luxloop.scenarios.grading.clear_table import clear_hits, id_switches
 
 VISIBLE = 1.0
 

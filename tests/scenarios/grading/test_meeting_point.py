@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from luxloop.scenarios.grading.meeting_point import AHEAD_S, EgoPath
+from luxloop.scenarios.grading.emergence import AHEAD_S, EgoPath
 
 TIME_S = np.arange(60) * 0.1
 

@@ -10,8 +10,7 @@ from support.frames import DT, Body, Scripted, follow, grade_run
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.manoeuvre import manoeuvre
-from luxloop.scenarios.grading.occlusion_table import COLUMNS, STATIC, occlusion_table
+from luxloop.scenarios.grading.occlusions import COLUMNS, STATIC, manoeuvre, occlusion_table
 from luxloop.scenarios.run import device, loop
 from luxloop.scenarios.run.device import SHIPPED
 from luxloop.sim.world import Kind

@@ -7,7 +7,7 @@ import pytest
 from support import short_run
 from support.frames import DT, Body, Scripted, drive, follow, grade_run, tracks_of
 
-from luxloop.scenarios.grading import prediction_metrics
+from luxloop.scenarios.grading import mma_metrics
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.metrics.definitions import HORIZONS
 from luxloop.sim.world import Mode
@@ -155,8 +155,8 @@ def test_truth_is_interpolated_between_successive_frames_only():
     """A vehicle that is absent in frame 3 has no pose between frames 2 and 4; a yaw is interpolated over the cut."""
     frame, time = np.array([0.0, 1.0, 2.0, 4.0, 5.0]), np.array([0.0, 0.1, 0.2, 0.4, 0.5])
     pose = np.column_stack([[0.0, 1.0, 2.0, 4.0, 5.0], np.zeros(5), [3.1, -3.1, 0.0, 0.0, 0.0]])
-    found = prediction_metrics.interpolated(time, frame, pose, np.array([0.05, 0.1, 0.3, 0.45, 0.6]))
+    found = mma_metrics.interpolated(time, frame, pose, np.array([0.05, 0.1, 0.3, 0.45, 0.6]))
     assert found[[0, 1, 3], 0] == pytest.approx([0.5, 1.0, 4.5])
     assert abs(found[0, 2]) == pytest.approx(np.pi)
     assert np.isnan(found[[2, 4]]).all()
-    assert np.isnan(prediction_metrics.interpolated(time[:1], frame[:1], pose[:1], np.array([0.05]))).all()
+    assert np.isnan(mma_metrics.interpolated(time[:1], frame[:1], pose[:1], np.array([0.05]))).all()

@@ -5,7 +5,7 @@ import pytest
 import shapely
 from shapely import affinity
 
-from luxloop.scenarios.grading.time_to_collision import time_to_collision
+from luxloop.scenarios.grading.emergence import time_to_collision
 
 CAR = (4.0, 2.0)
 

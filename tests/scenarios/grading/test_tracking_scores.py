@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from support.sequences import random_sequence
 from trackeval.metrics import CLEAR, HOTA, Identity
 
-from luxloop.scenarios.grading.score_sums import TrackingScores
-from luxloop.scenarios.grading.tracking_scores import ALPHAS, VehicleScores
+from luxloop.scenarios.grading.tracking_scores import ALPHAS, TrackingScores, VehicleScores
 
 MEANS = {"hota": "HOTA", "deta": "DetA", "assa": "AssA", "loca": "LocA"}
 VALUES = {

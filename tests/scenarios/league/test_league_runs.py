@@ -19,10 +19,10 @@ from support.paths import ROOT
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.league import drive_scans, league_runs
+from luxloop.scenarios.league import league_runs
 from luxloop.scenarios.league.drive import drives
 from luxloop.scenarios.league.entrants import Entrant, entrants
-from luxloop.scenarios.league.league_folder import refuse_other_files
+from luxloop.scenarios.league.league_page import refuse_other_files
 from luxloop.scenarios.league.standings import pooled_hota
 from luxloop.scenarios.offline.recorded_run import RecordedRun
 from luxloop.scenarios.run import device, run_folder
@@ -146,7 +146,7 @@ def test_two_processes_give_the_same_rows(league, rows, tmp_path):
 def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, tmp_path, capsys):
     out, scenarios, _ = league
     drive = drives(scenarios[:1], [SEED], 4.0, [], out)[0]
-    recorded = RecordedRun.open(out / drive_scans.SCANS / drive.name)
+    recorded = RecordedRun.open(out / drive.SCANS / drive.name)
     row = league_runs.graded(drive, Entrant("broken", "support.rogue_trackers:HasNoStep", ""), recorded)
     assert row["status"] == "failed"
     assert "HasNoStep" in row["error"] or "step" in row["error"]

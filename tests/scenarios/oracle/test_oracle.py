@@ -13,7 +13,7 @@ from support.frames import Body, observe, world_frame
 from support.one_bank import OneBank
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.document.words import plain
+from luxloop.scenarios.document.document import plain
 from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario

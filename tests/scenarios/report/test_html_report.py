@@ -12,16 +12,21 @@ from support import browser, short_run, warm_process
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.document import html
+from luxloop.scenarios.document.document import plain
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import TONES
-from luxloop.scenarios.document.words import plain
 from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.report import paper_tables
-from luxloop.scenarios.report.html.error_figures import COVARIATES, errors_against, errors_by_class, observations
-from luxloop.scenarios.report.html.probabilities import most_mode_changes
+from luxloop.scenarios.report import paper_comparison
 from luxloop.scenarios.report.html.reported_run import ReportedRun
-from luxloop.scenarios.report.html.run_page import run_page
+from luxloop.scenarios.report.html.run_page import (
+    COVARIATES,
+    errors_against,
+    errors_by_class,
+    most_mode_changes,
+    observations,
+    run_page,
+)
 from luxloop.scenarios.report.html.suite_page import Broken, find_runs, suite_page
 from luxloop.scenarios.report.html.timelines import HIDDEN, MISSED, OUT, periods
 from luxloop.scenarios.run import device
@@ -166,7 +171,7 @@ def test_page_shows_the_verdict_with_needs_and_reasons(pages):
 
 def test_run_page_has_the_numbers_of_the_printed_tables(runs):
     run, text = ReportedRun.read(runs / "bad-seed4"), html.page(run_page(runs / "bad-seed4"))
-    best = next(row for row in paper_tables.heading_error(run.result).rows if plain(row.cells[0]) == "best")
+    best = next(row for row in paper_comparison.heading_error(run.result).rows if plain(row.cells[0]) == "best")
     shown = [plain(cell) for cell in best.cells[1:]]
     assert f"{run.result.metrics['fit.heading_abs_mean_deg'].value:.3f}" in shown
     assert best.style == "bold"

@@ -4,8 +4,8 @@ import re
 
 from support import short_run
 
+from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.document.latex import escape, latex, latex_table
-from luxloop.scenarios.document.table import Table
 from luxloop.scenarios.report.text import report
 
 

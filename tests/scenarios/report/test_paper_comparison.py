@@ -4,8 +4,8 @@ import pytest
 from rich.console import Console
 from support import short_run
 
-from luxloop.scenarios.document.words import plain
-from luxloop.scenarios.report import paper_comparison, paper_figures
+from luxloop.scenarios.document.document import plain
+from luxloop.scenarios.report import paper_comparison
 from luxloop.scenarios.report.paper_comparison import TABLES, verdict
 from luxloop.scenarios.result import Metric
 
@@ -47,13 +47,13 @@ def test_tables_have_the_papers_titles_and_figures():
 
 def papers_results():
     """Return metrics that equal the paper's."""
-    of_methods = {f"{NAME}{{method={name}}}": mean for name, (mean, _) in paper_figures.HEADING_ABS_DEG.items()}
+    of_methods = {f"{NAME}{{method={name}}}": mean for name, (mean, _) in paper_comparison.HEADING_ABS_DEG.items()}
     of_positions = {
-        f"mma.{axis}_abs_mean_m{{target={target}}}": paper_figures.POSITION_ABS_M["MMA", target][2 * (axis == "y")]
+        f"mma.{axis}_abs_mean_m{{target={target}}}": paper_comparison.POSITION_ABS_M["MMA", target][2 * (axis == "y")]
         for axis in "xy"
         for target in ("standing", "moving")
     }
-    values = {**of_methods, NAME: paper_figures.HEADING_ABS_DEG["best"][0], **of_positions}
+    values = {**of_methods, NAME: paper_comparison.HEADING_ABS_DEG["best"][0], **of_positions}
     return {name: Metric(value, "deg", 9) for name, value in values.items()}
 
 
@@ -84,9 +84,9 @@ def test_one_deviation_is_not_reproduced(other, said):
 
 def test_figures_of_the_paper_are_consistent():
     """Tables I to IV: table I adds up, and section V repeats some figures."""
-    assert sum(paper_figures.VIEWS.values()) == paper_figures.DATASET["observations"] == 5353
-    assert round(5353 / paper_figures.DATASET["vehicles"]) == paper_figures.DATASET["observations_per_vehicle"]
-    assert round(5353 / paper_figures.DATASET["frames"]) == paper_figures.DATASET["observations_per_frame"]
-    assert paper_figures.HEADING_ABS_DEG["best"][1] == 1.2147
-    assert paper_figures.WITHIN["best"][4] == 0.993
-    assert [round(value, 3) for value in paper_figures.POSITION_ABS_M["MMA", "moving"][::2]] == [0.238, 0.163]
+    assert sum(paper_comparison.PAPER_VIEWS.values()) == paper_comparison.DATASET["observations"] == 5353
+    assert round(5353 / paper_comparison.DATASET["vehicles"]) == paper_comparison.DATASET["observations_per_vehicle"]
+    assert round(5353 / paper_comparison.DATASET["frames"]) == paper_comparison.DATASET["observations_per_frame"]
+    assert paper_comparison.HEADING_ABS_DEG["best"][1] == 1.2147
+    assert paper_comparison.WITHIN["best"][4] == 0.993
+    assert [round(value, 3) for value in paper_comparison.POSITION_ABS_M["MMA", "moving"][::2]] == [0.238, 0.163]

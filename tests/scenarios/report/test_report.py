@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 from support import short_run
 
-from luxloop.scenarios.document.words import plain
+from luxloop.scenarios.document.document import plain
 from luxloop.scenarios.files.expect import Check, Limit, check, verdict
 from luxloop.scenarios.metrics.definitions import DEFINITIONS, REPORTED_BANDS
-from luxloop.scenarios.report import track_tables
+from luxloop.scenarios.report import run_tables
 from luxloop.scenarios.report.cells import NONE
 from luxloop.scenarios.report.text import WIDTH, as_text, report
 from luxloop.scenarios.result import Metric
@@ -234,7 +234,7 @@ def test_bands_of_the_tracks_have_a_row_each_on_the_page_and_none_in_the_printed
             "track.missed_share{range=15-30}": Metric(0.125, "1", 8),
         }
     )
-    found, _ = track_tables.by_band(result)
+    found, _ = run_tables.tracks_by_band(result)
     rows = {first: others for first, *others in ([plain(cell) for cell in row.cells] for row in found.rows)}
     assert (rows["class trailer truck"][0], rows["class trailer truck"][3]) == ("0.250", "-1.500")
     assert (rows["range 15-30 m"][0], rows["range 15-30 m"][-1]) == ("0.125", "8")

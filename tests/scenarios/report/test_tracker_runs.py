@@ -10,11 +10,9 @@ from support.paths import EXAMPLES
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.document import html
 from luxloop.scenarios.grading.worst_frames import WorstFrame
-from luxloop.scenarios.report.html.frame_points import frame_points
 from luxloop.scenarios.report.html.reported_run import ReportedRun, apart
-from luxloop.scenarios.report.html.shown_frames import shown_frames
-from luxloop.scenarios.report.html.tracker_runs import read_trackers
-from luxloop.scenarios.report.html.trackers_page import trackers_page
+from luxloop.scenarios.report.html.shown_frames import frame_points, shown_frames
+from luxloop.scenarios.report.html.trackers_page import read_trackers, trackers_page
 from luxloop.scenarios.rerun_log.recorded_points import read_points
 from luxloop.scenarios.run import run_folder
 

@@ -12,8 +12,7 @@ import pytest
 from support import short_run
 from support.drive import DT, HIDDEN, IDS, START, Step, buildings, drive, turned
 
-from luxloop.scenarios.control.ego_driver import Decision
-from luxloop.scenarios.control.surroundings import LeadVehicle
+from luxloop.scenarios.control.ego_driver import Decision, LeadVehicle
 from luxloop.scenarios.rerun_log import blueprint as look
 from luxloop.scenarios.rerun_log.recorded_points import read_points
 from luxloop.scenarios.rerun_log.recorder import INDEXED_FRAMES, Recorder

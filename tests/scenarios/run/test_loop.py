@@ -10,7 +10,7 @@ from luxloop.scenarios.errors import ContractError
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.metrics.definitions import find_metric, standard_names
-from luxloop.scenarios.report.truth_event_line import truth_events
+from luxloop.scenarios.report.run_document import truth_events
 from luxloop.scenarios.run import device, loop, warm_up
 from luxloop.scenarios.run.stopwatch import RECORDING, Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash

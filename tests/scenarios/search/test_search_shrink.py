@@ -18,8 +18,7 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import paths, studies
 from luxloop.scenarios.run import device
 from luxloop.scenarios.search import adversary, reductions
-from luxloop.scenarios.search.evaluator import Evaluator
-from luxloop.scenarios.search.objective import distance, score, size
+from luxloop.scenarios.search.evaluator import Evaluator, distance, score, size
 from luxloop.scenarios.search.optimise import Disturbance, initial_trials
 from luxloop.scenarios.search.reductions import HALVINGS, shrink, towards_neutral
 from luxloop.scenarios.study.design import source

@@ -12,12 +12,12 @@ from luxloop.scenarios.grading.figures import of_rows
 from luxloop.scenarios.grading.observations import Observations
 from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.report.cells import interval_of
-from luxloop.scenarios.statistics.cluster_median import cluster_median_interval
-from luxloop.scenarios.statistics.confidence import NO_ERROR, TOO_FEW
+from luxloop.scenarios.statistics.intervals import NO_ERROR, TOO_FEW
 from luxloop.scenarios.statistics.jackknife import (
     ANY,
     POSITIVE,
     SHARE,
+    cluster_median_interval,
     effective_clusters,
     jackknife_interval,
     ratio_interval,

@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 import scipy
 
-from luxloop.scenarios.statistics.bounded_mean import bounded_mean_interval, mid_p_interval
-from luxloop.scenarios.statistics.effective_binomial import binomial_interval
-from luxloop.scenarios.statistics.median_interval import median_interval
-from luxloop.scenarios.statistics.seed_warnings import few_seeds, is_dominated
+from luxloop.scenarios.statistics.intervals import (
+    binomial_interval,
+    bounded_mean_interval,
+    few_seeds,
+    is_dominated,
+    median_interval,
+    mid_p_interval,
+)
 
 
 def test_five_values_have_their_extremes_and_four_no_interval():

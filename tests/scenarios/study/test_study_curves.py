@@ -7,13 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from luxloop.scenarios.document.words import plain
-from luxloop.scenarios.statistics.bounded_mean import mid_p_interval
+from luxloop.scenarios.document.document import plain
+from luxloop.scenarios.statistics.intervals import mid_p_interval
 from luxloop.scenarios.study.curves import differences, estimates, levels, measured, seed_dots
 from luxloop.scenarios.study.figures import picture
 from luxloop.scenarios.study.study_file import Study
-from luxloop.scenarios.study.study_page import REPORT, numbers, report
-from luxloop.scenarios.study.study_tables import point_runs
+from luxloop.scenarios.study.study_page import REPORT, numbers, point_runs, report
 from luxloop.scenarios.study.sweep_runs import Sweep
 
 STUDY = """

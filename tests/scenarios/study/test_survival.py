@@ -12,8 +12,8 @@ from luxloop.scenarios.document import figure_files
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.study import survival
 from luxloop.scenarios.study.study_file import Study
-from luxloop.scenarios.study.study_tables import survival_lines
-from luxloop.scenarios.study.survival_picture import survival_picture
+from luxloop.scenarios.study.study_page import survival_lines
+from luxloop.scenarios.study.survival import survival_picture
 
 
 def samples(time, reached, seed=None):

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from support.traffic import frames
 
-from luxloop.scenarios.grading.truth_events.bodies import Bodies
-from luxloop.scenarios.grading.truth_events.body_motion import MotionHistory
-from luxloop.scenarios.grading.truth_events.event_limits import exceedance
+from luxloop.scenarios.grading.truth_events.bodies import Bodies, MotionHistory
+from luxloop.scenarios.grading.truth_events.truth_event import exceedance
 from luxloop.sim.highway.environment import environments
 from luxloop.sim.highway.highway_config import HighwayTraffic
 from luxloop.sim.highway.highway_source import HighwaySource

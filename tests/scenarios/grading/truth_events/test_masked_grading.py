@@ -8,14 +8,14 @@ import pytest
 from support import short_run
 from support.frames import DT, Body, Scripted, follow, make_frames, observe
 
-from luxloop.scenarios.document.words import plain
+from luxloop.scenarios.document.document import plain
 from luxloop.scenarios.files.expect import check
 from luxloop.scenarios.grading import grader as grading
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.truth_events.event_limits import MASK_S
+from luxloop.scenarios.grading.truth_events.truth_event import MASK_S
 from luxloop.scenarios.report import text
-from luxloop.scenarios.report.truth_event_line import truth_events
+from luxloop.scenarios.report.run_document import truth_events
 from luxloop.scenarios.run import run_folder
 
 MASKED = math.ceil(MASK_S / DT - 1e-9)

@@ -11,10 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.frames import DT, Body, world_frame
 
-from luxloop.scenarios.grading.truth_events.bodies import Bodies
-from luxloop.scenarios.grading.truth_events.body_overlaps import overlaps
-from luxloop.scenarios.grading.truth_events.event_limits import ACCELERATION_MPS2, JERK_MPS3, MASK_S, OVERLAP_M2
+from luxloop.scenarios.grading.truth_events.bodies import Bodies, overlaps
 from luxloop.scenarios.grading.truth_events.event_log import EventLog
+from luxloop.scenarios.grading.truth_events.truth_event import ACCELERATION_MPS2, JERK_MPS3, MASK_S, OVERLAP_M2
 from luxloop.sim.world import Kind
 
 FAR = 30.0

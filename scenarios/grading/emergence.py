@@ -1,0 +1,386 @@
+"""Emergence of a target: first beam, points, fit, track and confirmation, with the time to a collision."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import scipy
+
+from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.frame_truth import FrameTruth
+from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.metric_sheet import MetricSheet
+from luxloop.scenarios.grading.plane_geometry import turned, wrap
+from luxloop.scenarios.grading.track_matches import TrackMatches
+from luxloop.scenarios.metrics.definitions import EMERGING, END, MEASURES, STAGES, SURVIVAL
+from luxloop.sim.world import Kind
+from luxloop.tracker.records import Status, Tracks
+
+
+def survival(times: Floats, reached: Bools) -> tuple[Floats, Floats]:
+    """Return the estimated survival function.
+
+    Parameters
+    ----------
+    times
+        (N,) time of each event, or of the end of the observation without one.
+    reached
+        (N,) True for events, False for censored times.
+
+    Returns
+    -------
+    tuple of arrays
+        (K,) distinct times in ascending order, and the share of events that come later (K,).
+    """
+    data = scipy.stats.CensoredData.right_censored(times, ~reached)
+    curve = scipy.stats.ecdf(data).sf
+    return np.asarray(curve.quantiles, np.float64), np.asarray(curve.probabilities, np.float64)
+
+
+def median(times: Floats, reached: Bools) -> float:
+    """Return the least time at which half of the events have happened; infinite if the estimate stays above."""
+    if not len(times):
+        return math.inf
+    at, share = survival(times, reached)
+    half = np.flatnonzero(share <= 0.5 + 1e-12)
+    return float(at[half[0]]) if len(half) else math.inf
+
+
+ROUNDING_MPS = 1e-9
+"""[m/s] Speeds below this are rounding errors of equal velocities; a metre would take 30 years."""
+
+
+def time_to_collision(a: Floats, velocity_a: Floats, b: Floats, velocity_b: Floats) -> Floats:
+    """Return the time until two boxes touch, if both keep velocity and heading.
+
+    Two rectangles overlap if their projections overlap on each of their four axes (separating axis theorem). On each
+    axis the projections of moving boxes overlap during one interval of time, and the boxes during the common part.
+
+    Parameters
+    ----------
+    a, b
+        (N, 5) boxes: x [m], y [m], yaw [rad], length [m], width [m].
+    velocity_a, velocity_b
+        (N, 2) velocities in the same frame [m/s].
+
+    Returns
+    -------
+    (N,) time [s]; 0 for boxes that overlap, infinite for those that never will.
+    """
+    begin, end = np.full(len(a), -np.inf), np.full(len(a), np.inf)
+    for yaw in (a[:, 2], a[:, 2] + 0.5 * np.pi, b[:, 2], b[:, 2] + 0.5 * np.pi):
+        distance = turned(b[:, :2] - a[:, :2], -yaw)[:, 0]
+        speed = turned(velocity_b - velocity_a, -yaw)[:, 0]
+        reach = _half_extent(a, yaw) + _half_extent(b, yaw)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossings = np.sort([(-reach - distance) / speed, (reach - distance) / speed], axis=0)
+        resting = np.abs(speed) < ROUNDING_MPS
+        always = np.where(np.abs(distance) < reach, np.inf, -np.inf)
+        begin = np.maximum(begin, np.where(resting, -always, crossings[0]))
+        end = np.minimum(end, np.where(resting, always, crossings[1]))
+    return np.where((begin < end) & (end > 0.0), np.maximum(begin, 0.0), np.inf)
+
+
+def _half_extent(boxes: Floats, yaw: Floats) -> Floats:
+    """(N,) half extents of boxes (N, 5) along axes with the angles `yaw` (N,) [m]."""
+    turn = boxes[:, 2] - yaw
+    half: Floats = 0.5 * (boxes[:, 3] * np.abs(np.cos(turn)) + boxes[:, 4] * np.abs(np.sin(turn)))
+    return half
+
+
+NO_MEETING = (np.nan, np.nan)
+
+AHEAD_S = 1.0
+"""[s] Continuation of an actor's path, which ends with the run, perhaps in front of the ego."""
+
+
+class EgoPath(NamedTuple):
+    """Path of the ego's front over F frames."""
+
+    time_s: Floats
+    """(F,) [s]."""
+    front: Floats
+    """(F, 2) middle of the front in the world frame [m]."""
+    along_m: Floats
+    """(F,) distance driven by the front since the first frame [m]."""
+    width_m: float
+
+    @classmethod
+    def of(cls, time_s: Floats, boxes: Floats) -> "EgoPath":
+        """Return the path of boxes (F, 5): x, y, yaw, length, width."""
+        heading = np.column_stack([np.cos(boxes[:, 2]), np.sin(boxes[:, 2])])
+        front = boxes[:, :2] + 0.5 * boxes[:, 3:4] * heading
+        steps = np.hypot(*np.diff(front, axis=0, prepend=front[:1]).T)
+        return cls(time_s, front, np.cumsum(steps), float(boxes[0, 4]))
+
+    def meeting(self, boxes: Floats, last_mps: float) -> tuple[float, float]:
+        """Return time [s] and distance driven [m] at which the front is at the meeting point with an actor.
+
+        The meeting point is the first point of the front's path that is not farther from the actor's path than half the
+        sum of both widths, whenever the actor is there. The actor's path begins at its rear in the first frame and ends
+        at its front in the last, moved straight ahead by `AHEAD_S` at its last speed. There is no meeting point (NaN,
+        NaN) if the paths do not come so close, or are so close from the first frame on.
+
+        Parameters
+        ----------
+        boxes
+            (K, 5) boxes of the actor in time order.
+        last_mps
+            Its last speed [m/s].
+        """
+        reach = 0.5 * (self.width_m + boxes[0, 4])
+        distance_m = _distances(_path(boxes, AHEAD_S * last_mps), self.front)
+        near = np.flatnonzero(distance_m <= reach)
+        if not len(near) or near[0] == 0:
+            return NO_MEETING
+        frames = near[0] + np.array([-1, 0])
+        before, after = distance_m[frames]
+        share = (before - reach) / (before - after)
+        time_s, along_m = (column[frames] @ (1.0 - share, share) for column in (self.time_s, self.along_m))
+        return float(time_s), float(along_m)
+
+
+def _path(boxes: Floats, ahead_m: float) -> Floats:
+    """(K + 2, 2) centre's path of boxes (K, 5), from the rear of the first to the front of the last and farther."""
+    heading = np.column_stack([np.cos(boxes[:, 2]), np.sin(boxes[:, 2])])
+    half_m = 0.5 * boxes[0, 3]
+    rear, front = boxes[0, :2] - half_m * heading[0], boxes[-1, :2] + (half_m + ahead_m) * heading[-1]
+    return np.vstack([rear, boxes[:, :2], front])
+
+
+def _distances(path: Floats, points: Floats) -> Floats:
+    """(N,) distances of points (N, 2) from a polyline (K, 2) [m]."""
+    step = np.diff(path, axis=0)
+    length_squared = np.sum(step**2, axis=1)
+    offset = points[:, None] - path[:-1]
+    along = np.sum(offset * step, axis=2)
+    share = np.divide(along, length_squared, np.zeros_like(along), where=length_squared > 0.0)  # a standing actor
+    apart = offset - np.clip(share, 0.0, 1.0)[..., None] * step
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1))
+
+
+NO_ROW = -1
+
+
+class EmergenceLog:
+    """Records, frame by frame, which actors reach a stage for the first time.
+
+    A track is on at most one actor: the one that it follows; or else, of those that it overlaps by `match_iou_min` or
+    more, the one of the largest overlap; or else the nearest one whose centre is inside its box. The last rule is for
+    people, who are much smaller than any box of a vehicle tracker. Coasting and dead tracks are on no actor. No track
+    is on an actor before the first beam from it, because a box beside it may reach over a hidden actor.
+    """
+
+    def __init__(self, config: GradingConfig) -> None:
+        self._config = config
+        self.first: dict[str, dict[int, int]] = {stage: {} for stage in STAGES}
+        """Frame index by actor id, for each stage that it has reached."""
+
+    def add(self, frame_truth: FrameTruth, matches: TrackMatches, tracks: Tracks) -> None:
+        """Record one frame."""
+        row = _actor_rows(frame_truth, matches, tracks, self._config.match_iou_min)
+        confirmed = tracks.status == Status.CONFIRMED
+        reached = {
+            "first_beam": np.flatnonzero(frame_truth.points > 0),
+            "enough_points": np.flatnonzero(frame_truth.points >= self._config.points_min),
+            "tentative": row,
+            "confirmed": row[confirmed],
+            "located": row[confirmed & self._located(frame_truth, matches.boxes_ego, row)],
+        }
+        seen = self.first["first_beam"]
+        for stage, rows in reached.items():  # the first beam comes first
+            for actor in frame_truth.actors.id[rows[rows != NO_ROW]].tolist():
+                if stage == "first_beam" or actor in seen:
+                    self.first[stage].setdefault(actor, frame_truth.frame.index)
+
+    def _located(self, frame_truth: FrameTruth, boxes_ego: Floats, row: Ints) -> Bools:
+        """(T,) mask of boxes (T, 5) near the pose of their actor (T,). The heading of people does not count."""
+        located = np.zeros(len(row), np.bool_)
+        on = np.flatnonzero(row != NO_ROW)
+        error = boxes_ego[on, :3] - frame_truth.boxes_ego[row[on], :3]
+        is_person = frame_truth.actors.kind[row[on]] == Kind.PEDESTRIAN
+        turned = np.abs(wrap(error[:, 2])) <= np.deg2rad(self._config.located_heading_deg)
+        near = np.hypot(error[:, 0], error[:, 1]) <= self._config.located_position_m
+        located[on] = near & (turned | is_person)
+        return located
+
+
+def _actor_rows(frame_truth: FrameTruth, matches: TrackMatches, tracks: Tracks, iou_min: float) -> Ints:
+    """(T,) row of the actor that each track is on, `NO_ROW` for none."""
+    row = matches.actor_row.copy()
+    live = (tracks.status == Status.TENTATIVE) | (tracks.status == Status.CONFIRMED)
+    open_tracks = np.flatnonzero(live & (row == NO_ROW))
+    if not len(frame_truth.actors) or not len(open_tracks):
+        return row
+    boxes = matches.boxes_ego[open_tracks]
+    overlap = frame_truth.overlap(boxes)
+    by_overlap = np.where(overlap.max(axis=0) >= iou_min, overlap.argmax(axis=0), NO_ROW)
+    row[open_tracks] = np.where(by_overlap == NO_ROW, _nearest_inside(frame_truth.boxes_ego, boxes), by_overlap)
+    return row
+
+
+def _nearest_inside(actors: Floats, boxes: Floats) -> Ints:
+    """(T,) row of the actor (A, 5) whose centre is inside a box (T, 5) and nearest to its centre, `NO_ROW` for none."""
+    offset = np.abs(turned(actors[:, :2] - boxes[:, None, :2], -boxes[:, None, 2]))  # (T, A, 2)
+    inside: Bools = np.asarray((offset <= 0.5 * boxes[:, None, 3:]).all(axis=2))
+    nearest = np.where(inside, np.hypot(offset[..., 0], offset[..., 1]), np.inf).argmin(axis=1)
+    return np.where(inside.any(axis=1), nearest, NO_ROW)
+
+
+COLUMNS = (
+    "actor_id", "name", "kind", "stage", "reached", "frame", "time_s",
+    "delay_s", "range_m", "ttc_s", "meeting_m", "meeting_s",
+)  # fmt: skip
+
+BOX = ["x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]
+VELOCITY = ["vx_world_mps", "vy_world_mps"]
+
+
+def emergence_table(first: Mapping[str, Mapping[int, int]], truth: pd.DataFrame, ego: pd.DataFrame) -> pd.DataFrame:
+    """Return the table `emergence` of a run.
+
+    Parameters
+    ----------
+    first
+        First frame of each stage by actor id, see `EmergenceLog.first`.
+    truth, ego
+        Tables of the run.
+
+    Returns
+    -------
+    DataFrame
+        `COLUMNS`. A stage that is not `reached` has the values of the last frame with the actor: it is censored there.
+        `delay_s` is NaN for an actor without any beam, the time to collision infinite without a collision course,
+        `meeting_m` and `meeting_s` NaN without a meeting point and negative beyond it.
+    """
+    moments = _moments(first, truth)
+    at = moments.merge(truth[["frame", "actor_id", "time_s", "range_m", *BOX, *VELOCITY]], on=["frame", "actor_id"])
+    now = ego.set_index("frame").loc[at["frame"]].reset_index()
+    path = EgoPath.of(ego["time_s"].to_numpy(), _boxes(ego)) if len(ego) else None
+    meeting = {
+        actor: path.meeting(_boxes(rows), float(np.hypot(*_velocities(rows)[-1])))
+        for actor, rows in truth[_is_traffic(truth)].groupby("actor_id")
+        if path
+    }
+    time_s, along_m = np.array([meeting[actor] for actor in at["actor_id"]]).reshape(-1, 2).T
+    driven = pd.Series(path.along_m if path else [], ego["frame"], dtype=np.float64)
+    at["delay_s"] = at["time_s"] - at["actor_id"].map(_first_beams(at))
+    at["ttc_s"] = time_to_collision(_boxes(now), _velocities(now), _boxes(at), _velocities(at))
+    at["meeting_m"] = along_m - at["frame"].map(driven).to_numpy()
+    at["meeting_s"] = time_s - at["time_s"]
+    return at[list(COLUMNS)]
+
+
+def _moments(first: Mapping[str, Mapping[int, int]], truth: pd.DataFrame) -> pd.DataFrame:
+    """Return `actor_id`, `name`, `kind`, `stage`, `reached` and `frame`, a row per actor and stage."""
+    last = truth[_is_traffic(truth)].drop_duplicates("actor_id", keep="last").sort_values("actor_id")
+    moments = last[["actor_id", "name", "kind", "frame"]].merge(
+        pd.DataFrame({"stage": pd.Categorical(list(STAGES), list(STAGES))}), how="cross"
+    )
+    reached = [first[stage].get(actor, -1) for actor, stage in zip(moments["actor_id"], moments["stage"], strict=True)]
+    frame = np.array(reached, dtype=np.int64)
+    return moments.assign(reached=frame >= 0, frame=np.where(frame >= 0, frame, moments["frame"]))
+
+
+def _first_beams(at: pd.DataFrame) -> pd.Series:
+    beam = at[(at["stage"] == "first_beam") & at["reached"]]
+    return beam.set_index("actor_id")["time_s"]
+
+
+def _is_traffic(truth: pd.DataFrame) -> pd.Series:
+    return truth["kind"] != Kind.OBSTACLE.name.lower()
+
+
+def _boxes(rows: pd.DataFrame) -> Floats:
+    return np.asarray(rows[BOX], np.float64)
+
+
+def _velocities(rows: pd.DataFrame) -> Floats:
+    return np.asarray(rows[VELOCITY], np.float64)
+
+
+NO_TARGET = "the scenario names no grading.target"
+OLDER = "the run was made by a version without the table emergence; run the scenario again"
+NEVER = "never reached"
+NEVER_FOR_HALF = "half of the actors or more never reached it"
+
+
+def grade_emergence(sheet: MetricSheet, emergence: pd.DataFrame | None, target: str) -> None:
+    """Enter the `emergence` metrics.
+
+    Parameters
+    ----------
+    emergence
+        Table of the run; None for a run of an earlier version.
+    target
+        Name of the target; empty for none.
+    """
+    table = pd.DataFrame(columns=list(COLUMNS)) if emergence is None else emergence
+    rows = table[table["name"] == target].set_index("stage") if target else table[:0].set_index("stage")
+    why = "" if len(rows) else _why_no_target(emergence, target)
+    for stage in STAGES:
+        _write_stage(sheet, stage, rows.loc[stage] if len(rows) else None, why)
+    _write_end(sheet, rows, why)
+    for group, kinds in list(EMERGING.items())[1:]:
+        _write_group(sheet, group, table[table["kind"].isin(kinds)], OLDER if emergence is None else "")
+
+
+def _why_no_target(emergence: pd.DataFrame | None, target: str) -> str:
+    if not target:
+        return NO_TARGET
+    return OLDER if emergence is None else f'no actor is named "{target}"'
+
+
+def _write_stage(sheet: MetricSheet, stage: str, row: pd.Series | None, why: str) -> None:
+    """Enter all measures of the target at one stage; `row` is its row of the table."""
+    reached = row is not None and bool(row["reached"])
+    for name in [*MEASURES][:-1]:
+        value = _number(row, name) if row is not None and reached else None
+        sheet.write(_name(name, stage), value, int(value is not None), why or _why_none(name, reached))
+    sheet.write(_name("reached", stage), None if row is None else float(reached), int(row is not None), why)
+
+
+def _name(measure: str, stage: str, group: str = "") -> str:
+    """Return the name of a measure of the target, or of a group."""
+    return f"emergence.{measure}{{stage={stage}{f',group={group}' if group else ''}}}"
+
+
+def _write_end(sheet: MetricSheet, rows: pd.DataFrame, why: str) -> None:
+    """Enter the target's end of observation, which is that of a stage that is not reached, else not needed."""
+    missed = rows[~rows["reached"].astype(bool)] if len(rows) else rows
+    for name in SURVIVAL:
+        value = _number(missed.iloc[0], name) if len(missed) else None
+        reason = why or ("all stages are reached" if not len(missed) else _why_none(name, True))
+        sheet.write(_name(name, END), value, int(value is not None), reason)
+
+
+def _number(row: pd.Series, name: str) -> float | None:
+    """Return a measure of a row, None if it does not exist."""
+    value = float(row[name])
+    return value if np.isfinite(value) else None
+
+
+def _why_none(name: str, reached: bool) -> str:
+    if not reached:
+        return NEVER
+    if name == "ttc_s":
+        return "no collision course at constant velocities"
+    return "the paths do not meet in the run" if name.startswith("meeting") else "no beam ever ended on it"
+
+
+def _write_group(sheet: MetricSheet, group: str, rows: pd.DataFrame, why: str) -> None:
+    """Enter the medians and shares of all actors of a group that any beam ended on."""
+    seen = rows[rows["delay_s"].notna()]
+    for stage in STAGES:
+        found = seen[seen["stage"] == stage]
+        none, reached = why or f"no beam ended on a {group}", found["reached"].to_numpy(np.bool_)
+        delay = median(found["delay_s"].to_numpy(np.float64), reached)
+        near = np.where(reached, found["range_m"].to_numpy(np.float64), -np.inf)
+        range_m = float(np.quantile(near, 0.5, method="inverted_cdf")) if len(near) else -np.inf
+        for name, value in (("delay_s", delay), ("range_m", range_m)):
+            known = value if np.isfinite(value) else None
+            sheet.write(_name(name, stage, group), known, len(found), NEVER_FOR_HALF if len(found) else none)
+        sheet.mean(_name("reached", stage, group), reached, none)
+    sheet.write(_name("delay_s", END, group), None, 0, "only the target has an end of observation")

@@ -1,1 +1,0 @@
-"""Grading of vulnerable road users: people and riders of bicycles, matched with tracks by distance."""
