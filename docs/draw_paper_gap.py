@@ -34,7 +34,7 @@ from luxloop.scenarios.realism.vehicle_figures import (
     SKIN_PERCENTILE,
     visible_faces,
 )
-from luxloop.scenarios.report import paper_figures
+from luxloop.scenarios.report.paper_comparison import HEADING_ABS_DEG
 from luxloop.scenarios.run.device import NoTracks
 from luxloop.sensor_model.bodies.proportions import Draw, car_proportions
 from luxloop.sensor_model.bodies.proportions.car_proportions import CarProportions
@@ -248,7 +248,7 @@ def draw(sets: dict[str, list[LabelledVehicle]]) -> None:
                 means = [error[_within(vehicles, low, high)].mean() for low, high in RANGES_M]
                 real = name.startswith("real")
                 axes.plot(range(len(means)), means, "ks--" if real else "o-", label=name)
-            published = paper_figures.HEADING_ABS_DEG["best"][0]
+            published = HEADING_ABS_DEG["best"][0]
             axes.axhline(published, color="0.5", ls=":", label=f"the paper: {published:.2f}")
             axes.set_xticks(range(len(RANGES_M)), [f"{low} to {high} m" for low, high in RANGES_M])
             axes.set_title(title)
