@@ -8,12 +8,15 @@ from support import short_run, warm_process
 
 TRACKER = """
 import signal
+from luxloop.scenarios.run import device
 
 class Tracker:
     def __init__(self, config):
         pass
     def step(self, scan):
         {statement}
+
+device.TRACKERS.core["ended"] = Tracker
 """
 PLACES = {
     "directly": "signal.raise_signal(signal.{name})",
@@ -41,7 +44,7 @@ CODES = [(signal.SIGINT, 2), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 def test_a_signal_ends_the_session_with_its_exit_code(place, number, code, tmp_path: Path):
     """CPython would end a session by SIGINT if its interrupt left a string given to `exec`."""
     (tmp_path / "ended.py").write_text(TRACKER.format(statement=PLACES[place].format(name=number.name)))
-    assert_ends(tmp_path, code, "--luxloop-tracker", "ended:Tracker")
+    assert_ends(tmp_path, code, "-p", "ended", "--luxloop-tracker", "ended")
 
 
 @pytest.mark.parametrize(("number", "code"), CODES)

@@ -2,9 +2,11 @@
 
 from numba import njit
 
+from luxloop.scenarios.run import device
 from luxloop.tracker.tracker import Tracker
 
-SPEC = f"{__name__}:Compiling"
+SPEC = "compiling"
+"""Its name; a tracker by module would compile in a process of its own."""
 
 
 class Compiling(Tracker):
@@ -15,3 +17,6 @@ class Compiling(Tracker):
     def step(self, scan):
         self.kernel(1.0)
         return super().step(scan)
+
+
+device.TRACKERS.core[SPEC] = Compiling

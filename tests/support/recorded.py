@@ -82,6 +82,7 @@ class Recorded:
             frames.append(Frame(frame, scan, truth, *outputs[-1]))
 
         result = loop.run(scenario, RecordingTracker, export=keep)
+        result = replace(result, config={key: of for key, of in result.config.items() if key != "in_process"})
         grading, events = scenario.grading, EventLog(*_limits(scenario))
         instants = [FrameTruth.of(*frame[:3], grading, events.add(frame.frame, frame.truth)) for frame in frames]
         return cls(scenario, result, frames, instants)

@@ -8,7 +8,7 @@ import pytest
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import paths
 from luxloop.scenarios.grading.frame_truth import FrameTruth
-from luxloop.scenarios.report.paper_comparison import DATASET, VIEWS
+from luxloop.scenarios.report.paper_comparison import DATASET, PAPER_VIEWS
 from luxloop.scenarios.run import loop
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.rig.rig import load_rig
@@ -47,7 +47,7 @@ def test_shares_of_visible_sides(observations):
     # A side counts if it has three points. Only the side of a passing car is visible for the few frames abreast,
     # which gives more sides than in the paper, as any passing traffic does. Far ends in dark paint have fewer points.
     shares = observations["view"].value_counts(normalize=True)
-    theirs = {view: count / DATASET["observations"] for view, count in VIEWS.items()}
+    theirs = {view: count / DATASET["observations"] for view, count in PAPER_VIEWS.items()}
     assert shares[View.L_SHAPE] == pytest.approx(theirs["l_shape"], abs=0.18)
     assert shares[View.SIDE] == pytest.approx(theirs["side"], abs=0.15)
     assert shares[View.REAR] == pytest.approx(theirs["rear"], abs=0.02)

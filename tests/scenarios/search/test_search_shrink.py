@@ -200,7 +200,7 @@ def losing(config):
     return Losing()
 
 
-device.TRACKERS.core |= {"forgetful": forgetful, "losing": losing}
+device.TRACKERS.core.update({"forgetful": forgetful, "losing": losing})
 
 
 @pytest.mark.parametrize("tracker", ["forgetful", "losing"])

@@ -12,6 +12,7 @@ from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import InputError, OutputError, StudyError
 from luxloop.scenarios.run import device
 from luxloop.scenarios.run.versions import installed
+from luxloop.scenarios.study import worker
 from luxloop.scenarios.study.design import runs
 from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.worker import carry_out
@@ -131,11 +132,8 @@ def test_a_worker_with_other_versions_is_refused(tmp_path: Path):
 
 
 def test_a_full_disk_ends_the_sweep_instead_of_making_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """The device writes to /dev/full, which has no space."""
-    (tmp_path / "writing_tracker.py").write_text(
-        "def writing(config):\n    with open('/dev/full', 'w') as file:\n        file.write('a')\n"
-    )
-    monkeypatch.chdir(tmp_path)
-    run = runs(Study.load(small_study(tmp_path)), "writing_tracker:writing")[0]
+    """The run writes to /dev/full, which has no space."""
+    monkeypatch.setattr(worker, "_execute", lambda *_: Path("/dev/full").write_text("a"))
+    run = runs(Study.load(small_study(tmp_path)), device.SHIPPED)[0]
     with pytest.raises(OutputError, match="No space left on device; free some space"):
         carry_out(run)
