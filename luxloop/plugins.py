@@ -54,6 +54,12 @@ class PluginGroup:
             return entry.value
         return f"{self.core[name].__module__}:{self.core[name].__qualname__}"
 
+    def unusable(self, name: str, reason: str) -> PluginError:
+        """Return the error that a plug-in of another package cannot be loaded."""
+        entry = self._entry(name)
+        assert entry
+        return PluginError(f"{_described(entry)} cannot be loaded ({reason}); repair or uninstall it")
+
     def load(self, name: str) -> Any:
         """Import one of `names` and return it.
 

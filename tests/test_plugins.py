@@ -107,7 +107,8 @@ def test_a_defective_plugin_is_named_in_one_line_and_stops_no_other_command(defe
     *asked, other, listed = plugin_package.luxloop(tmp_path, tmp_path, *asking.values(), [*grade, "--json"], ["list"])
     for group, ended in zip(asking, asked, strict=True):
         assert (ended.code, ended.out, ended.error.count("\n")) == (2, "", 1)
-        assert f'plug-in broken 1.0 ({group}: broken = "{value}") {reason}' in ended.error
+        why = "cannot be loaded (" if group == "luxloop.trackers" else reason  # it is loaded by a process of its own
+        assert f'plug-in broken 1.0 ({group}: broken = "{value}") {why}' in ended.error
     assert other.code == 0
     assert json.loads(other.out)["metrics"]["track.mota"]["value"] == 1.0
     assert other.error.startswith('luxloop: warning: plug-in broken 1.0 (luxloop.formats: broken = "')

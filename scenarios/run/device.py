@@ -169,8 +169,16 @@ def _load_plugin(name: str) -> DeviceFactory:
         raise DeviceError(f"--tracker {name}: should be {FORMS}, or one of {', '.join(TRACKERS.names())}")
     try:
         if name not in TRACKERS.core and not TRACKERS.place(name).startswith(f"{OWN}."):
-            return ClassFactory(TRACKERS.place(name))
+            return _of_other_package(name)
         factory: DeviceFactory = TRACKERS.load(name)
     except PluginError as error:
         raise DeviceError(f"--tracker {name}: {error}") from error
     return factory
+
+
+def _of_other_package(name: str) -> ClassFactory:
+    place = TRACKERS.place(name)
+    try:
+        return ClassFactory(place)
+    except DeviceError as error:
+        raise TRACKERS.unusable(name, str(error).removeprefix(f"--tracker {place}: ")) from error

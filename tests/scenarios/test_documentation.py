@@ -209,7 +209,9 @@ def test_pages_show_the_first_screen_as_it_is_printed(page):
     held = f"{len(expect) - known} of {len(expect)} expectations hold, {known} known failures"
     assert lines[0] == f"PASSED  sumo-crossing, seed 1: {held}", again
     failing = {line.split()[0]: line for line in lines if " < " in line or " > " in line}
-    assert set(failing) == {name for name, limit in expect.items() if limit.known_failure}, again
+    (more,) = re.findall(r"and (\d+) more", shown) or [0]
+    assert set(failing) <= {name for name, limit in expect.items() if limit.known_failure}, again
+    assert len(failing) + int(more) == known, again
     title = next(k for k, line in enumerate(lines) if line.startswith("Main figures"))
     labels = list(ON_FIRST_SCREEN.values())[: first_screen.MOST_FIGURES]
     assert [re.split(r"  +", line.strip())[0] for line in lines[title + 1 : title + 1 + len(labels)]] == labels, again
@@ -320,7 +322,7 @@ def test_the_python_page_s_examples_run_and_leave_no_file(tmp_path, monkeypatch)
     assert list(tmp_path.iterdir()) == []
     assert names["again"].trace_hash == names["result"].trace_hash
     assert names["with_arguments"].trace_hash != names["blind"].trace_hash
-    assert names["comparison"].verdict == "worse"
+    assert names["comparison"].verdict in ("same", "cannot tell")
     assert names["message"].startswith("truck-shadw: no such scenario; did you mean truck-shadow")
     assert names["y"] == pytest.approx(3.0 + 0.5 * names["width"], abs=0.05)
     assert len(names["observations"]) == 1

@@ -127,7 +127,7 @@ def test_bodies_match_the_file(replay):
     assert list(frame.actors.kind) == [Kind.BUS, Kind.VAN]
     assert frame.actors.size[0] == pytest.approx([11.0, 2.5, 3.4])
     assert frame.actors.reflectivity[0] == 0.25
-    assert frame.actors.reflectivity[1] == paint_reflectivity(9, "van")
+    assert frame.actors.reflectivity[1] == paint_reflectivity(9, "van", Kind.VAN)
 
 
 def test_the_seed_only_affects_paint(replay):
