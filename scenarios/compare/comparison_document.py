@@ -230,7 +230,7 @@ def compared_runs(comparison: Comparison) -> list[str]:
 
 def run_table(pairs: Sequence[Pair]) -> Table:
     """Return BASE's and HEAD's key metrics of each pair of runs, those with the largest loss of HOTA first."""
-    metrics = [metric for metric in COMPARED_METRICS if metric.name in POOLED]
+    metrics = [metric for metric in COMPARED_METRICS if metric.name in POOLED and metric.name != "track.idf1"]  # width
     table = Table("BASE to HEAD")
     table.add_column("run")
     table.add_column("tracks")

@@ -138,7 +138,7 @@ def commonroad_file(path):
         f'<dynamicObstacle id="{number}"><type>car</type>{box}{state(0, x, 0, "initialState")}<trajectory>'
         + "".join(state(k, x + k, 0, "state") for k in range(1, 61))
         + "</trajectory></dynamicObstacle>"
-        for number, x in ((1, 0), (2, 25), (3, -25))
+        for number, x in ((1, 0), (2, 15), (3, -15))
     )
     path.write_text(
         """<?xml version="1.0" ?><commonRoad timeStepSize="0.1" commonRoadVersion="2020a" author="" affiliation=""

