@@ -14,7 +14,7 @@ from support.paths import EXAMPLES, ROOT
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.files.expect import RunVerdict
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.run import device, loop, run_folder
+from luxloop.scenarios.run import device, loop, progress, run_folder
 from luxloop.scenarios.run.warm_up import STATUS
 
 TIMEOUT_S = 60.0
@@ -49,6 +49,7 @@ def test_a_mutant_runs_or_is_refused_in_one_line(number, library, tmp_path, monk
     file = library / mutant.original.parent.relative_to(ROOT) / f"mutant-{number}.toml"
     file.write_bytes(mutant.content)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(progress, "SILENCE_S", TIMEOUT_S)  # a slow machine would name what it waits for
     with time_limit(TIMEOUT_S), warnings.catch_warnings():
         warnings.simplefilter("error")  # a printed warning would be a second line
         code = main(["run", str(file), "--no-recording", "--json", "--out", str(OUT)])
