@@ -55,7 +55,7 @@ class DeviceOptions:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """What is written, and where."""
+    """Files of the results."""
 
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results, with --seeds of all runs; in runs if left out.")
@@ -72,7 +72,7 @@ class Kept:
 
 @dataclass(frozen=True, slots=True)
 class Printed:
-    """What is printed."""
+    """Output on the terminal."""
 
     as_json: AsJson = False
     quiet: Quiet = False

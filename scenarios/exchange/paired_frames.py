@@ -116,7 +116,7 @@ class FramePairs(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class FrameMatching:
-    """Which frames of the two files are the same."""
+    """Conditions for a frame of each file to be the same instant."""
 
     tolerance_s: float = TIME_TOLERANCE_S
     """Times of one frame differ by at most this [s]."""

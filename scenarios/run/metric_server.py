@@ -4,28 +4,20 @@ The only request is pickled and comes from the judge: names and functions, the f
 or None to import only. The answer is JSON: a number, None or an error by name.
 """
 
-import json
-import os
-import pickle
-import struct
 from pathlib import Path
 from typing import Any
 
-from luxloop.scenarios.run import user_code
-
-LENGTH = struct.Struct("<I")
-"""Length of the answer [bytes]."""
+from luxloop.scenarios.run import one_request, user_code
 
 
 def serve() -> None:
     """Answer the request."""
-    with os.fdopen(os.dup(0), "rb") as requests:
-        functions, folder, tables = pickle.load(requests)
-    answers = os.dup(1)
-    os.dup2(2, 1)
-    body = json.dumps({name: _answer(function, Path(folder), tables) for name, function in functions.items()}).encode()
-    with os.fdopen(answers, "wb") as out:
-        out.write(LENGTH.pack(len(body)) + body)
+    one_request.answer(_values)
+
+
+def _values(request: tuple[dict[str, str], str, dict[str, Any] | None]) -> dict[str, dict[str, Any]]:
+    functions, folder, tables = request
+    return {name: _answer(function, Path(folder), tables) for name, function in functions.items()}
 
 
 def _answer(function: str, folder: Path, tables: dict[str, Any] | None) -> dict[str, Any]:

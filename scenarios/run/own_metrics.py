@@ -4,9 +4,7 @@ They are computed after the run, from its tables, so the trace hash does not dep
 user: they run in a process of their own, with a time limit.
 """
 
-import json
 import math
-import pickle
 import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -17,9 +15,8 @@ import pandas as pd
 from luxloop.scenarios.errors import MetricError
 from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.result import Metric
-from luxloop.scenarios.run import child_process
+from luxloop.scenarios.run import one_request
 from luxloop.scenarios.run.child_process import ChildError, ChildTimeoutError
-from luxloop.scenarios.run.metric_server import LENGTH
 
 Tables = Mapping[str, pd.DataFrame]
 """Tables by name, as in `scenarios.grading.frame_tables`; a function makes a number of them, or None if the metric does
@@ -76,14 +73,10 @@ def _answers(metrics: list[OwnMetric], tables: Tables | None) -> dict[str, dict[
     if not functions:
         return {}
     deadline = time.monotonic() + LIMIT_S
-    child = child_process.python("luxloop.scenarios.run.metric_server")
+    request = (functions, str(Path.cwd()), tables and dict(tables))
     listed = f"functions {', '.join(functions.values())}"
     try:
-        child.send(pickle.dumps((functions, str(Path.cwd()), tables and dict(tables)), protocol=5), deadline)
-        (length,) = LENGTH.unpack(child.receive(LENGTH.size, deadline))
-        if length > ANSWER_MAX:
-            raise ChildError(f"answered {length} bytes")
-        answers = json.loads(child.receive(length, deadline))
+        answers = one_request.ask("luxloop.scenarios.run.metric_server", request, ANSWER_MAX, deadline)
         for metric in metrics:
             if metric.function and "not_loaded" in answers[metric.name]:
                 reason = answers[metric.name]["not_loaded"]
@@ -93,8 +86,6 @@ def _answers(metrics: list[OwnMetric], tables: Tables | None) -> dict[str, dict[
         raise MetricError(f"{listed}: took more than {LIMIT_S:g} s") from error
     except (ChildError, ValueError, KeyError, TypeError) as error:
         raise MetricError(f"{listed}: their process {error}") from error
-    finally:
-        child.close()
 
 
 def _value(answer: Mapping[str, Any], metric: OwnMetric, frames: int) -> Metric:
