@@ -151,7 +151,7 @@ def grade_vulnerable(
 
 
 def _write_none(sheet: MetricSheet, why: Mapping[str, str], rows: int) -> None:
-    """Enter metrics without a value, for a run with neither such actors nor such tracks; `rows` is the number of actors."""
+    """Enter metrics without a value, for a run without such actors and tracks; `rows` is the number of actors."""
     for definition in DEFINITIONS.values():
         if definition.kind in GROUPS:
             counted = definition.name.endswith(".observations")
