@@ -47,9 +47,10 @@ catalog: .venv/developed
 	$(BIN)/pytest scenarios/catalog -n 2 --luxloop-out runs/catalog --junitxml luxloop.xml --luxloop-report luxloop.html
 	$(BIN)/luxloop compare $(BASELINE) runs/catalog
 
-# After `make catalog`: make its runs the new baseline.
+# After `make catalog`: make its runs the new baseline, from which docs/statistics.md draws its vehicles.
 baseline:
 	$(BIN)/luxloop baseline runs/catalog --out $(BASELINE)
+	$(BIN)/python docs/interval_coverage.py
 
 bench: .venv/developed
 	$(BIN)/python -m benchmarks

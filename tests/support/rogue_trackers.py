@@ -385,7 +385,8 @@ def ChangesEarlierTracks(self, _scan):
 
 @rogue
 def Prints(self, _scan):
-    print("progress", flush=True)
+    if not sys.stdout.closed:  # by its step before
+        print("progress", flush=True)
     os.write(1, b"progress of compiled code\n")
     os.system("echo progress of another program")
     sys.stdout.close()
