@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.frame_tables import rows_by_actor
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
@@ -20,7 +20,7 @@ from luxloop.tracker.records import Status, Tracks
 
 
 def survival(times: Floats, reached: Bools) -> tuple[Floats, Floats]:
-    """Return the estimated survival function.
+    """Return the product-limit estimate of the survival function (Kaplan and Meier 1958).
 
     Parameters
     ----------
@@ -34,9 +34,10 @@ def survival(times: Floats, reached: Bools) -> tuple[Floats, Floats]:
     tuple of arrays
         (K,) distinct times in ascending order, and the share of events that come later (K,).
     """
-    data = scipy.stats.CensoredData.right_censored(times, ~reached)
-    curve = scipy.stats.ecdf(data).sf
-    return np.asarray(curve.quantiles, np.float64), np.asarray(curve.probabilities, np.float64)
+    at, number = np.unique(times, return_inverse=True)
+    events = np.bincount(number, reached, len(at))
+    observed = len(times) - np.searchsorted(np.sort(times), at)  # events and censored times from this one on
+    return at, np.cumprod(1.0 - events / observed)
 
 
 def median(times: Floats, reached: Bools) -> float:
@@ -131,7 +132,8 @@ class EgoPath(NamedTuple):
             Its last speed [m/s].
         """
         reach = 0.5 * (self.width_m + boxes[0, 4])
-        distance_m = _distances(_path(boxes, AHEAD_S * last_mps), self.front)
+        moved = np.diff(self.along_m, prepend=-1.0) > 0.0
+        distance_m = _distances(_path(boxes, AHEAD_S * last_mps), self.front[moved])[np.cumsum(moved) - 1]
         near = np.flatnonzero(distance_m <= reach)
         if not len(near) or near[0] == 0:
             return NO_MEETING
@@ -143,22 +145,25 @@ class EgoPath(NamedTuple):
 
 
 def _path(boxes: Floats, ahead_m: float) -> Floats:
-    """(K + 2, 2) centre's path of boxes (K, 5), from the rear of the first to the front of the last and farther."""
+    """(P, 2) places on the centre's path of boxes (K, 5), from the first's rear to the last's front and farther.
+
+    A place where the actor stands is there once.
+    """
     heading = np.column_stack([np.cos(boxes[:, 2]), np.sin(boxes[:, 2])])
     half_m = 0.5 * boxes[0, 3]
     rear, front = boxes[0, :2] - half_m * heading[0], boxes[-1, :2] + (half_m + ahead_m) * heading[-1]
-    return np.vstack([rear, boxes[:, :2], front])
+    path = np.vstack([rear, boxes[:, :2], front])
+    return path[np.append(True, np.any(np.diff(path, axis=0), axis=1))]
 
 
 def _distances(path: Floats, points: Floats) -> Floats:
-    """(N,) distances of points (N, 2) from a polyline (K, 2) [m]."""
-    step = np.diff(path, axis=0)
-    length_squared = np.sum(step**2, axis=1)
-    offset = points[:, None] - path[:-1]
-    along = np.sum(offset * step, axis=2)
-    share = np.divide(along, length_squared, np.zeros_like(along), where=length_squared > 0.0)  # a standing actor
-    apart = offset - np.clip(share, 0.0, 1.0)[..., None] * step
-    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1))
+    """(N,) distances of points (N, 2) from a polyline (P, 2) with steps [m]."""
+    (start_x, start_y), (step_x, step_y) = path[:-1].T, np.diff(path, axis=0).T
+    length_squared = step_x**2 + step_y**2
+    x, y = points[:, :1] - start_x, points[:, 1:] - start_y
+    along = x * step_x + y * step_y
+    share = np.clip(along / length_squared, 0.0, 1.0)
+    return np.asarray(np.hypot(x - share * step_x, y - share * step_y).min(axis=1))
 
 
 NO_ROW = -1
@@ -234,8 +239,8 @@ COLUMNS = (
     "delay_s", "range_m", "ttc_s", "meeting_m", "meeting_s",
 )  # fmt: skip
 
-BOX = ["x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]
-VELOCITY = ["vx_world_mps", "vy_world_mps"]
+BOX = ("x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m")
+VELOCITY = ("vx_world_mps", "vy_world_mps")
 
 
 def emergence_table(first: Mapping[str, Mapping[int, int]], truth: pd.DataFrame, ego: pd.DataFrame) -> pd.DataFrame:
@@ -251,54 +256,51 @@ def emergence_table(first: Mapping[str, Mapping[int, int]], truth: pd.DataFrame,
     Returns
     -------
     DataFrame
-        `COLUMNS`. A stage that is not `reached` has the values of the last frame with the actor: it is censored there.
-        `delay_s` is NaN for an actor without any beam, the time to collision infinite without a collision course,
-        `meeting_m` and `meeting_s` NaN without a meeting point and negative beyond it.
+        `COLUMNS`, a row per actor and stage. A stage that is not `reached` has the values of the last frame with the
+        actor: it is censored there. `delay_s` is NaN for an actor without any beam, the time to collision infinite
+        without a collision course, `meeting_m` and `meeting_s` NaN without a meeting point and negative beyond it.
     """
-    moments = _moments(first, truth)
-    at = moments.merge(truth[["frame", "actor_id", "time_s", "range_m", *BOX, *VELOCITY]], on=["frame", "actor_id"])
-    now = ego.set_index("frame").loc[at["frame"]].reset_index()
-    path = EgoPath.of(ego["time_s"].to_numpy(), _boxes(ego)) if len(ego) else None
-    meeting = {
-        actor: path.meeting(_boxes(rows), float(np.hypot(*_velocities(rows)[-1])))
-        for actor, rows in truth[_is_traffic(truth)].groupby("actor_id")
-        if path
-    }
-    time_s, along_m = np.array([meeting[actor] for actor in at["actor_id"]]).reshape(-1, 2).T
-    driven = pd.Series(path.along_m if path else [], ego["frame"], dtype=np.float64)
-    at["delay_s"] = at["time_s"] - at["actor_id"].map(_first_beams(at))
-    at["ttc_s"] = time_to_collision(_boxes(now), _velocities(now), _boxes(at), _velocities(at))
-    at["meeting_m"] = along_m - at["frame"].map(driven).to_numpy()
-    at["meeting_s"] = time_s - at["time_s"]
-    return at[list(COLUMNS)]
+    boxes, velocities, time_s = _columns(truth, BOX), _columns(truth, VELOCITY), truth["time_s"].to_numpy()
+    path = EgoPath.of(ego["time_s"].to_numpy(), _columns(ego, BOX)) if len(ego) else None
+    parts = []
+    is_traffic = (truth["kind"] != Kind.OBSTACLE.name.lower()).to_numpy()
+    for actor, rows in rows_by_actor(truth["actor_id"].to_numpy(), np.flatnonzero(is_traffic)):
+        at, reached = _moments(first, actor, truth["frame"].to_numpy(), rows)
+        meets_s, along_m = path.meeting(boxes[rows], float(np.hypot(*velocities[rows[-1]]))) if path else NO_MEETING
+        delay_s = time_s[at] - time_s[at[BEAM]] if reached[BEAM] else np.full(len(STAGES), np.nan)
+        parts.append((at, reached, delay_s, np.full(len(STAGES), meets_s), np.full(len(STAGES), along_m)))
+    if path is None or not parts:
+        return _table(truth.iloc[:0], *np.empty((5, 0)))
+    at, reached, delay_s, meets_s, along_m = (np.concatenate(part) for part in zip(*parts, strict=True))
+    now = np.searchsorted(ego["frame"].to_numpy(), truth["frame"].to_numpy()[at])
+    ttc_s = time_to_collision(_columns(ego, BOX)[now], _columns(ego, VELOCITY)[now], boxes[at], velocities[at])
+    return _table(truth.iloc[at], reached, delay_s, ttc_s, along_m - path.along_m[now], meets_s - time_s[at])
 
 
-def _moments(first: Mapping[str, Mapping[int, int]], truth: pd.DataFrame) -> pd.DataFrame:
-    """Return `actor_id`, `name`, `kind`, `stage`, `reached` and `frame`, a row per actor and stage."""
-    last = truth[_is_traffic(truth)].drop_duplicates("actor_id", keep="last").sort_values("actor_id")
-    moments = last[["actor_id", "name", "kind", "frame"]].merge(
-        pd.DataFrame({"stage": pd.Categorical(list(STAGES), list(STAGES))}), how="cross"
-    )
-    reached = [first[stage].get(actor, -1) for actor, stage in zip(moments["actor_id"], moments["stage"], strict=True)]
-    frame = np.array(reached, dtype=np.int64)
-    return moments.assign(reached=frame >= 0, frame=np.where(frame >= 0, frame, moments["frame"]))
+BEAM = [*STAGES].index("first_beam")
 
 
-def _first_beams(at: pd.DataFrame) -> pd.Series:
-    beam = at[(at["stage"] == "first_beam") & at["reached"]]
-    return beam.set_index("actor_id")["time_s"]
+def _moments(first: Mapping[str, Mapping[int, int]], actor: int, frame: Ints, rows: Ints) -> tuple[Ints, Bools]:
+    """Return the row of `truth` of an actor at each stage, and which of the stages it has reached."""
+    reached = np.array([first[stage].get(actor, -1) for stage in STAGES])
+    at = rows[np.minimum(np.searchsorted(frame[rows], reached), len(rows) - 1)]
+    return np.where(reached >= 0, at, rows[-1]), reached >= 0
 
 
-def _is_traffic(truth: pd.DataFrame) -> pd.Series:
-    return truth["kind"] != Kind.OBSTACLE.name.lower()
+def _table(
+    truth: pd.DataFrame, reached: Bools, delay_s: Floats, ttc_s: Floats, meeting_m: Floats, meeting_s: Floats
+) -> pd.DataFrame:
+    """Return the table from the rows of `truth` of its moments."""
+    table = truth[["actor_id", "name", "kind", "frame", "time_s", "range_m"]].reset_index(drop=True)
+    stages = np.tile(np.arange(len(STAGES), dtype=np.int8), len(table) // len(STAGES))
+    return table.assign(
+        stage=pd.Categorical.from_codes(stages, list(STAGES)), reached=reached.astype(np.bool_), delay_s=delay_s,
+        ttc_s=ttc_s, meeting_m=meeting_m, meeting_s=meeting_s,
+    )[list(COLUMNS)]  # fmt: skip
 
 
-def _boxes(rows: pd.DataFrame) -> Floats:
-    return np.asarray(rows[BOX], np.float64)
-
-
-def _velocities(rows: pd.DataFrame) -> Floats:
-    return np.asarray(rows[VELOCITY], np.float64)
+def _columns(rows: pd.DataFrame, names: tuple[str, ...]) -> Floats:
+    return np.column_stack([rows[name].to_numpy(np.float64) for name in names])
 
 
 NO_TARGET = "the scenario names no grading.target"

@@ -5,7 +5,8 @@ Every table starts with `frame` and `time_s`. Enumerations are categories by nam
 
 import tempfile
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from itertools import product
 from typing import IO, Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from luxloop.scenarios.arrays import Ints
 from luxloop.scenarios.grading.articulated import ARTICULATION
 from luxloop.scenarios.grading.matching import TrackVerdict
 from luxloop.scenarios.metrics.definitions import CANDIDATES, HORIZONS, VIEWS, estimates
@@ -276,6 +278,12 @@ SNAPSHOT_POINTS: Schema = {
 """A row per scan point of the kept frames."""
 
 
+@cache
+def _category(names: tuple[str, ...]) -> pd.CategoricalDtype:
+    """Return the type of a column of categories, whose names are checked once."""
+    return pd.CategoricalDtype(list(names))
+
+
 CHUNK_FRAMES = 256
 """Frames whose rows are copied together into one array per column: thousands of small arrays take twice the memory."""
 
@@ -343,5 +351,23 @@ class TableBuilder:
         columns: dict[str, Any] = {}
         for name, last in self._chunk().items():
             values, kind = np.concatenate([*self._spool.column(name), last]), self._schema.get(name)
-            columns[name] = pd.Categorical.from_codes(values, list(kind)) if isinstance(kind, tuple) else values
+            columns[name] = (
+                pd.Categorical.from_codes(values, dtype=_category(kind)) if isinstance(kind, tuple) else values
+            )
         return pd.DataFrame(columns, copy=False)
+
+
+def rows_by_actor(actor_id: Ints, rows: Ints) -> Iterator[tuple[int, Ints]]:
+    """Yield the id of each actor in ascending order, and its rows.
+
+    Parameters
+    ----------
+    actor_id
+        (N,) id of the actor of each row of a table.
+    rows
+        (K,) rows to divide, whose order is kept.
+    """
+    order = np.argsort(actor_id[rows], kind="stable")
+    ids, starts = np.unique(actor_id[rows][order], return_index=True)
+    parts = np.split(rows[order], starts[1:]) if len(ids) else []
+    yield from zip(ids.tolist(), parts, strict=True)

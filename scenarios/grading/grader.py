@@ -151,7 +151,7 @@ class Grader:
             "truth": truth,
             "ego": ego,
             "emergence": emergence_table(self._emergence.first, truth, ego),
-            "occlusions": occlusion_table(truth, tracks, blockers, self._config),
+            "occlusions": occlusion_table(truth, tracks, self._config, blockers),
             "blockers": blockers,
             "tracks": tracks,
             "overlaps": self._overlaps.build(),
@@ -177,7 +177,7 @@ def occlusions(table: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict
     """Return the table `occlusions` with other limits, from the tables of a run; nothing for a run without blockers."""
     if "blockers" not in table:
         return {}
-    return {"occlusions": occlusion_table(table["truth"], table["tracks"], table["blockers"], config)}
+    return {"occlusions": occlusion_table(table["truth"], table["tracks"], config, table["blockers"])}
 
 
 def _ego_row(frame: WorldFrame) -> dict[str, Floats]:

@@ -231,11 +231,10 @@ class RunObservations:
 
     @cached_property
     def occlusion(self) -> Observations:
-        """A row per occlusion of a followed vehicle."""
-        found = occlusions.occlusions_of(self.truth, self.tracks, self.config)
-        columns = ["actor_id", *occlusions.Occlusion._fields]
-        rows = pd.DataFrame([(actor, *one) for actor, one in found], columns=columns)
-        short = rows["gap_s"].to_numpy(np.float64) <= SHORT_OCCLUSION_S
+        """A row per occlusion of a followed vehicle that is not longer than `memory_s`."""
+        rows = occlusions.occlusion_table(self.truth, self.tracks, self.config)
+        rows = rows[rows["gap_s"] <= self.config.memory_s]
+        short = rows["gap_s"].to_numpy() <= SHORT_OCCLUSION_S
         return Observations(rows.assign(short=short), "", self._of_actor)
 
     @cached_property

@@ -1,12 +1,14 @@
 """Occlusions of graded vehicles: their table, gaps in tracks, and what the tracks did meanwhile."""
 
-from collections.abc import Iterator
-from itertools import pairwise
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
+from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.grading.frame_tables import rows_by_actor
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.matching import NO_TRACK
 from luxloop.scenarios.grading.plane_geometry import wrap
@@ -25,23 +27,30 @@ SPEEDING_MPS2 = 0.5
 """Least mean change of speed of a vehicle that brakes or accelerates; drivers vary their speed by less."""
 
 
-def manoeuvre(rows: pd.DataFrame) -> str:
+USED = (
+    *("actor_id", "name", "kind", "frame", "time_s", "graded", "track_id", "visible_fraction", "hits_alone", "range_m"),
+    *("x_world_m", "y_world_m", "yaw_world_rad", "vx_world_mps", "vy_world_mps", "changes_lane"),
+)
+"""Columns of `truth` that describe an occlusion."""
+Rows = Mapping[str, npt.NDArray[Any]]
+"""Columns `USED` of one vehicle in time order."""
+
+
+def manoeuvre(rows: Rows) -> str:
     """Return the manoeuvre, one of `MANOEUVRES`, between the first and the last of a vehicle's rows of `truth`.
 
     A turn counts before a lane change, and both before a change of speed.
     """
-    first, last = rows.iloc[0], rows.iloc[-1]
-    yaw = float(first["yaw_world_rad"])
-    turned_deg = abs(float(np.degrees(wrap(np.array([last["yaw_world_rad"] - yaw]))[0])))
-    x, y = last["x_world_m"] - first["x_world_m"], last["y_world_m"] - first["y_world_m"]
-    aside_m = abs(-np.sin(yaw) * x + np.cos(yaw) * y)
+    x, y, yaw, time_s = (rows[name][[0, -1]] for name in ("x_world_m", "y_world_m", "yaw_world_rad", "time_s"))
+    turned_deg = abs(float(np.degrees(wrap(np.diff(yaw))[0])))
+    aside_m = abs(float(-np.sin(yaw[0]) * (x[1] - x[0]) + np.cos(yaw[0]) * (y[1] - y[0])))
     if turned_deg >= TURN_DEG:
         return "turns"
     if rows["changes_lane"].any() or (aside_m >= LANE_M and turned_deg < STRAIGHT_DEG):
         return "changes lane"
-    duration_s = float(last["time_s"] - first["time_s"])
-    speed = np.hypot(rows["vx_world_mps"].to_numpy(), rows["vy_world_mps"].to_numpy())
-    change_mps2 = (speed[-1] - speed[0]) / duration_s if duration_s > 0 else 0.0
+    duration_s = float(time_s[1] - time_s[0])
+    speed = np.hypot(rows["vx_world_mps"][[0, -1]], rows["vy_world_mps"][[0, -1]])
+    change_mps2 = (speed[1] - speed[0]) / duration_s if duration_s > 0 else 0.0
     if abs(change_mps2) >= SPEEDING_MPS2:
         return "brakes" if change_mps2 < 0 else "accelerates"
     return "keeps"
@@ -60,20 +69,20 @@ class Gap(NamedTuple):
     """First graded row with a track from `again` on; None if there is none in time."""
 
 
-def gaps(vehicle: pd.DataFrame, config: GradingConfig, longest_s: float) -> Iterator[Gap]:
-    """Yield each occlusion of one vehicle, from its rows of `truth` in time order.
+def gaps(vehicle: Rows, config: GradingConfig) -> Iterator[Gap]:
+    """Yield each occlusion of one vehicle.
 
-    An occlusion is a gap of at most `longest_s` in the vehicle's grading, with a visible fraction of at most
-    `hidden_fraction_max`, in which the vehicle would have returns without occluders. The track before is the last one
-    that followed the graded vehicle, the track after is the first one; both are at most `memory_s` from the gap. A gap
-    without a track before is left out.
+    An occlusion is a gap of at most `LONGEST_S`, or `memory_s` if that is longer, in the vehicle's grading, with a
+    visible fraction of at most `hidden_fraction_max`, in which the vehicle would have returns without occluders. The
+    track before is the last one that followed the graded vehicle, the track after is the first one; both are at most
+    `memory_s` from the gap. A gap without a track before is left out.
     """
-    graded = vehicle["graded"].to_numpy()
-    time = vehicle["time_s"].to_numpy()
-    followed = np.flatnonzero(graded & (vehicle["track_id"].to_numpy() != NO_TRACK))
-    dark = (vehicle["visible_fraction"] <= config.hidden_fraction_max) & (vehicle["hits_alone"] > 0)
-    hidden = dark.to_numpy()
-    for last, again in pairwise(np.flatnonzero(graded).tolist()):
+    graded, time = vehicle["graded"], vehicle["time_s"]
+    hidden = (vehicle["visible_fraction"] <= config.hidden_fraction_max) & (vehicle["hits_alone"] > 0)
+    followed = np.flatnonzero(graded & (vehicle["track_id"] != NO_TRACK))
+    seen = np.flatnonzero(graded)
+    longest_s = max(LONGEST_S, config.memory_s)
+    for last, again in zip(*(seen[i].tolist() for i in _apart(seen)), strict=True):
         if time[again] - time[last] > longest_s or not hidden[last + 1 : again].any():
             continue
         before, after = followed[followed <= last], followed[followed >= again]
@@ -81,6 +90,12 @@ def gaps(vehicle: pd.DataFrame, config: GradingConfig, longest_s: float) -> Iter
             continue
         in_time = len(after) and time[after[0]] - time[again] <= config.memory_s
         yield Gap(last, again, int(before[-1]), int(after[0]) if in_time else None)
+
+
+def _apart(rows: Ints) -> tuple[Ints, Ints]:
+    """Return the places in ascending rows (n,) before and after each missing row."""
+    before = np.flatnonzero(np.diff(rows) > 1)
+    return before, before + 1
 
 
 COLUMNS = (
@@ -94,23 +109,26 @@ LONGEST_S = 10.0
 """A vehicle that comes back after a longer time is taken as a new one."""
 BEFORE_S = 1.0
 """Interval before the gap whose largest visible fraction counts: in the last frame the vehicle is nearly hidden."""
+KINDS = pd.CategoricalDtype([kind.name.lower() for kind in Kind])
 TYPES = {
     **dict.fromkeys(("actor_id", "hidden_by_id", "frame", "end_frame", "track_id", "track_id_after"), np.int64),
     **dict.fromkeys(("name", "hidden_by"), np.dtype("O")),
-    **dict.fromkeys(("survived",), np.bool_),
+    **dict.fromkeys(("kind", "hidden_by_kind"), KINDS),
+    "survived": np.bool_,
+    "manoeuvre": pd.CategoricalDtype(list(MANOEUVRES)),
 }
-"""Types of the columns that are neither numbers of type float64 nor categories."""
+"""Types of the columns that are no numbers of type float64."""
 
 
 def occlusion_table(
-    truth: pd.DataFrame, tracks: pd.DataFrame, blockers: pd.DataFrame, config: GradingConfig
+    truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig, blockers: pd.DataFrame | None = None
 ) -> pd.DataFrame:
     """Return the table `occlusions` of a run.
 
     Parameters
     ----------
     truth, tracks, blockers
-        Tables of the run.
+        Tables of the run. Without blockers, those of the occlusions are not named.
     config
         Limits of grading. Gaps longer than `memory_s` are in the table, too, but not in the metrics.
 
@@ -119,126 +137,82 @@ def occlusion_table(
     DataFrame
         `COLUMNS`, in the order of the vehicles' ids. Ids are -1, texts empty and numbers NaN where there is none.
     """
-    columns = ["frame", "track_id", "x_world_m", "y_world_m", "heading_error_deg"]
-    tracked = truth.merge(tracks[columns], how="left", on=["frame", "track_id"], suffixes=("", "_track"))
-    names = truth.drop_duplicates("actor_id").set_index("actor_id")[["name", "kind"]]
+    vehicles = dict(_vehicles(truth))
+    names = {actor_id: (vehicle["name"][0], vehicle["kind"][0]) for actor_id, vehicle in vehicles.items()}
     rows = []
-    for actor_id, vehicle in tracked.sort_values("frame", kind="stable").groupby("actor_id"):
-        for gap in gaps(vehicle, config, LONGEST_S):
-            row = _row(vehicle, gap, config.hidden_fraction_max)
-            hiding = blockers[blockers["actor_id"] == actor_id]
-            within = hiding["frame"].between(row["frame"], row["end_frame"])
-            rows.append(row | _hidden_by(hiding[within], names))
-    return _typed(pd.DataFrame(rows, columns=list(COLUMNS)))
+    for vehicle in vehicles.values():
+        for gap in gaps(vehicle, config):
+            row = _row(vehicle, gap, config.hidden_fraction_max) | _after(vehicle, gap, tracks)
+            rows.append(row | _hidden_by(_hiding(blockers, row), names))
+    return _typed(rows)
 
 
-def _row(vehicle: pd.DataFrame, gap: Gap, hidden_fraction_max: float) -> dict[str, Any]:
-    """Return the columns of one gap that need only the vehicle's own rows."""
-    last, again, before = (vehicle.iloc[i] for i in gap[:3])
-    hidden = vehicle.iloc[gap.last + 1 : gap.again]
-    seen = vehicle[vehicle["time_s"].between(last["time_s"] - BEFORE_S, last["time_s"])]
-    row = {
-        "actor_id": last["actor_id"],
-        "name": last["name"],
-        "kind": last["kind"],
-        "frame": last["frame"],
-        "time_s": last["time_s"],
-        "end_frame": again["frame"],
-        "gap_s": again["time_s"] - last["time_s"],
-        "hidden_s": _hidden_s(vehicle.iloc[gap.last : gap.again + 1], hidden_fraction_max),
-        "visible_before": seen["visible_fraction"].max(),
-        "visible_min": hidden["visible_fraction"].min(),
-        "range_m": last["range_m"],
-        "speed_mps": np.hypot(last["vx_world_mps"], last["vy_world_mps"]),
-        "manoeuvre": manoeuvre(vehicle.iloc[gap.last : gap.again + 1]),
-        "track_id": before["track_id"],
-        "survived": False,
-        "track_id_after": NO_TRACK,
-        "reacquired_s": np.nan,
-        "position_error_m": np.nan,
-        "heading_error_deg": np.nan,
-    }
-    if gap.after is None:
-        return row
-    after = vehicle.iloc[gap.after]
-    return row | {
-        "survived": after["track_id"] == before["track_id"],
-        "track_id_after": after["track_id"],
-        "reacquired_s": after["time_s"] - again["time_s"],
-        "position_error_m": np.hypot(*(after[f"{axis}_world_m_track"] - after[f"{axis}_world_m"] for axis in "xy")),
-        "heading_error_deg": after["heading_error_deg"],
-    }
+def _vehicles(truth: pd.DataFrame) -> Iterator[tuple[int, Rows]]:
+    """Yield the id and the rows of each actor."""
+    columns = {name: np.asarray(truth[name]) for name in USED}
+    in_time = np.argsort(columns["frame"], kind="stable")
+    for actor_id, rows in rows_by_actor(columns["actor_id"], in_time):
+        yield actor_id, {name: values[rows] for name, values in columns.items()}
 
 
-def _hidden_s(rows: pd.DataFrame, hidden_fraction_max: float) -> float:
-    """Return the time [s] for which the vehicle is hidden, each frame counting until the next."""
-    step = np.diff(rows["time_s"].to_numpy())
-    return float(step[(rows["visible_fraction"] <= hidden_fraction_max).to_numpy()[:-1]].sum())
-
-
-def _hidden_by(hiding: pd.DataFrame, names: pd.DataFrame) -> dict[str, Any]:
-    """Return the blocker with most points in the frames of a gap, and its share of the points of all blockers."""
-    points = hiding.groupby("blocker_id")["points"].sum()
-    if points.empty:  # e.g. all units that would see the vehicle are silent
-        return {"hidden_by_id": NO_ACTOR, "hidden_by": "", "hidden_by_kind": np.nan, "hidden_by_share": np.nan}
-    first = int(points.idxmax())
-    static = first == NO_ACTOR
+def _row(vehicle: Rows, gap: Gap, hidden_fraction_max: float) -> dict[str, Any]:
+    """Return the columns of one gap that need only the vehicle's own rows up to its end."""
+    last, again, before, _ = gap
+    time, visible = vehicle["time_s"], vehicle["visible_fraction"]
+    seen = (time >= time[last] - BEFORE_S) & (time <= time[last])
+    within = {name: values[last : again + 1] for name, values in vehicle.items()}
+    dark = within["visible_fraction"][:-1] <= hidden_fraction_max
     return {
-        "hidden_by_id": first,
-        "hidden_by": STATIC if static else names.at[first, "name"],
-        "hidden_by_kind": Kind.OBSTACLE.name.lower() if static else names.at[first, "kind"],
-        "hidden_by_share": points[first] / points.sum(),
+        **{name: vehicle[name][last] for name in ("actor_id", "name", "kind", "frame", "time_s", "range_m")},
+        "end_frame": vehicle["frame"][again],
+        "gap_s": time[again] - time[last],
+        "hidden_s": float(np.diff(within["time_s"])[dark].sum()),  # each frame counts until the next
+        "visible_before": np.fmax.reduce(visible[seen]),
+        "visible_min": np.fmin.reduce(visible[last + 1 : again]),
+        "speed_mps": np.hypot(vehicle["vx_world_mps"][last], vehicle["vy_world_mps"][last]),
+        "manoeuvre": manoeuvre(within),
+        "track_id": vehicle["track_id"][before],
     }
 
 
-def _typed(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with its types, which a table without rows has, too."""
-    kinds = [kind.name.lower() for kind in Kind]
-    categories = {"kind": kinds, "hidden_by_kind": kinds, "manoeuvre": list(MANOEUVRES)}
-    for name in COLUMNS:
-        if name in categories:
-            table[name] = pd.Categorical(table[name], categories[name])
-        else:
-            table[name] = table[name].astype(TYPES.get(name, np.float64))
-    return table
+def _after(vehicle: Rows, gap: Gap, tracks: pd.DataFrame) -> dict[str, Any]:
+    """Return the columns of one gap that are about the track after it; without one, the id did not survive."""
+    if gap.after is None:
+        return {"survived": False, "track_id_after": NO_TRACK}
+    track_id, frame = vehicle["track_id"][gap.after], vehicle["frame"][gap.after]
+    track = tracks[(tracks["frame"].to_numpy() == frame) & (tracks["track_id"].to_numpy() == track_id)].iloc[0]
+    apart = (track[f"{axis}_world_m"] - vehicle[f"{axis}_world_m"][gap.after] for axis in "xy")
+    return {
+        "survived": track_id == vehicle["track_id"][gap.before],
+        "track_id_after": track_id,
+        "reacquired_s": vehicle["time_s"][gap.after] - vehicle["time_s"][gap.again],
+        "position_error_m": np.hypot(*apart),
+        "heading_error_deg": track["heading_error_deg"],
+    }
 
 
-class Occlusion(NamedTuple):
-    """Occlusion of a followed vehicle."""
-
-    time_s: float
-    """Time of the last graded frame before the occlusion [s]."""
-    gap_s: float
-    """Time from the last graded frame before to the first after the occlusion [s]."""
-    survived: bool
-    """True if the same track follows the vehicle before and after."""
-    reacquired_s: float
-    """Time from the end of the gap until a track follows the vehicle [s]; NaN if none does in time."""
-    error_m: float
-    """Distance of that track's centre from the vehicle's in that frame [m]; NaN if there is no such track."""
+def _hiding(blockers: pd.DataFrame | None, row: Rows) -> pd.Series:
+    """Return the points of each blocker of an occlusion by its id."""
+    if blockers is None:
+        return pd.Series(dtype=np.int64)
+    frame = blockers["frame"]
+    within = (blockers["actor_id"] == row["actor_id"]) & frame.between(row["frame"], row["end_frame"])
+    return blockers[within].groupby("blocker_id")["points"].sum()
 
 
-def occlusions_of(truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig) -> Iterator[tuple[int, Occlusion]]:
-    """Yield every occlusion with the id of its actor, from the tables `truth` and `tracks` of a run."""
-    place = ["frame", "track_id", "x_world_m", "y_world_m"]
-    columns = [*place, "actor_id", "time_s", "graded", "visible_fraction", "hits_alone"]
-    tracked = truth[columns].merge(tracks[place], how="left", on=["frame", "track_id"], suffixes=("", "_track"))
-    for actor_id, vehicle in tracked.sort_values("frame", kind="stable").groupby("actor_id"):
-        for occlusion in _of_vehicle(vehicle, config):
-            yield int(actor_id), occlusion
+def _hidden_by(points: pd.Series, names: Mapping[int, tuple[str, str]]) -> dict[str, Any]:
+    """Return the blocker with most points in the frames of a gap, and its share of the points of all blockers."""
+    if points.empty:  # e.g. all units that would see the vehicle are silent
+        return {"hidden_by_id": NO_ACTOR, "hidden_by": ""}
+    first = int(points.idxmax())
+    name, kind = (STATIC, Kind.OBSTACLE.name.lower()) if first == NO_ACTOR else names[first]
+    share = points[first] / points.sum()
+    return {"hidden_by_id": first, "hidden_by": name, "hidden_by_kind": kind, "hidden_by_share": share}
 
 
-def _of_vehicle(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[Occlusion]:
-    """Yield each occlusion of at most `memory_s` of one vehicle, from its rows of `truth` joined with its tracks.
-
-    Without a track after the gap, the id did not survive.
-    """
-    track, time = vehicle["track_id"].to_numpy(), vehicle["time_s"].to_numpy()
-    error = np.hypot(*(vehicle[f"{axis}_world_m_track"] - vehicle[f"{axis}_world_m"] for axis in "xy")).to_numpy()
-    for last, again, before, after in gaps(vehicle, config, config.memory_s):
-        start, gap_s = float(time[last]), float(time[again] - time[last])
-        if after is None:
-            yield Occlusion(start, gap_s, False, np.nan, np.nan)
-        else:
-            same = bool(track[after] == track[before])
-            yield Occlusion(start, gap_s, same, float(time[after] - time[again]), float(error[after]))
+def _typed(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    """Return the table of its rows, with the same types without rows; values that are left out are NaN."""
+    columns = {name: [row.get(name, np.nan) for row in rows] for name in COLUMNS}
+    return pd.DataFrame(
+        {name: pd.Series(values, dtype=TYPES.get(name, np.float64)) for name, values in columns.items()}
+    )

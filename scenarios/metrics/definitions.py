@@ -429,7 +429,7 @@ def _occlusion() -> Iterator[MetricDefinition]:
     again = "no followed vehicle was hidden, came back and was followed again"
     for name, unit, meaning, value in (
         ("reacquire_s", "s", "mean time until a track follows an occluded vehicle again", "reacquired_s"),
-        ("reappearance_error_m", "m", "mean error of that track's centre at this time", "error_m"),
+        ("reappearance_error_m", "m", "mean error of that track's centre at this time", "position_error_m"),
     ):
         yield MetricDefinition(
             f"track.{name}", unit, meaning, "occlusion", value, filters=("class", "actor", "time"), interval=False,

@@ -2,9 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
+import scipy
 from support.frames import DT, Body, Estimate, Scripted, drive, follow, grade_run
 
+from luxloop.scenarios.grading.emergence import survival
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.sim.world import Kind
 from luxloop.tracker.records import Status
@@ -135,3 +138,13 @@ def ego_size():
 def test_an_unknown_target_is_named():
     values, _ = grade(scene([20]), [[]], GradingConfig(target="lorry"))
     assert values["time_s{stage=confirmed}"].reason == 'no actor is named "lorry"'
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_survival_is_the_product_limit_estimate_of_scipy(seed):
+    rng = np.random.default_rng(seed)
+    times, reached = rng.integers(0, 8, 25).astype(np.float64), rng.random(25) < 0.6
+    curve = scipy.stats.ecdf(scipy.stats.CensoredData.right_censored(times, ~reached)).sf
+    at, share = survival(times, reached)
+    assert at.tolist() == curve.quantiles.tolist()
+    assert share == pytest.approx(curve.probabilities, abs=1e-12)

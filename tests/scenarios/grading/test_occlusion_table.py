@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-import pandas as pd
 import pytest
 from support.frames import DT, Body, Scripted, follow, grade_run
 
@@ -70,7 +69,7 @@ def test_a_frame_counts_as_hidden_until_the_next_one():
     """Scans of recordings are not evenly spaced: the last hidden one lasts for half a second more."""
     tables = car_behind()[1]
     truth, tracks = (tables[name].assign(time_s=lambda t: t["time_s"] + 0.5 * (t["frame"] > 14)) for name in TABLES)
-    (row,) = occlusion_table(truth, tracks, tables["blockers"], GradingConfig()).to_dict("records")
+    (row,) = occlusion_table(truth, tracks, GradingConfig(), tables["blockers"]).to_dict("records")
     assert row["hidden_s"] == pytest.approx(10 * DT + 0.5)
     assert row["gap_s"] == pytest.approx(11 * DT + 0.5)
 
@@ -78,8 +77,8 @@ def test_a_frame_counts_as_hidden_until_the_next_one():
 def rows(x, y, yaw, changes=False):
     t = np.arange(len(x)) * 0.1
     velocity = {"vx_world_mps": np.gradient(x, t), "vy_world_mps": np.gradient(y, t)}
-    place = {"time_s": t, "x_world_m": x, "y_world_m": y, "yaw_world_rad": yaw, "changes_lane": changes}
-    return pd.DataFrame(place | velocity)
+    place = {"time_s": t, "x_world_m": x, "y_world_m": y, "yaw_world_rad": yaw, "changes_lane": np.array([changes])}
+    return place | velocity
 
 
 @pytest.mark.parametrize("start", [0.0, 2.0, math.pi - 0.01, -math.pi + 0.01])
