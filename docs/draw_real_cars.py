@@ -54,9 +54,9 @@ def main() -> None:
     twins = [twin for pair in pairs for twin in pair.twin_layers if len(twin.points_ego) >= POINTS_MIN]
     table = pd.concat([vehicle_figures.keys(real), vehicle_figures.measure(real)], axis=1)
     comparison = realism_comparison.compare(table, pd.DataFrame(columns=pd.Index(BANDS)), twins)
-    text.show(realism_table.report(comparison))
+    text.show(realism_table.document(comparison))
     draw_realism.replace(
-        draw_realism.PAGE, MARK, draw_realism.table({draw_realism.AFTER: realism_table.document(comparison)})
+        draw_realism.PAGE, MARK, draw_realism.table({draw_realism.AFTER: realism_table.document(comparison).data})
     )
     draw([pair for pair in pairs if pair.car.end_seen and pair.car.side_seen])
 

@@ -190,6 +190,7 @@ def occlusions(
     """Survival of track ids against the time hidden, over all occlusions of some runs, by logistic regression."""
     import json
 
+    from luxloop.scenarios.document.document import json_data
     from luxloop.scenarios.document.figure_files import parse_formats
     from luxloop.scenarios.report import text
     from luxloop.scenarios.study import occlusion_survival
@@ -198,10 +199,11 @@ def occlusions(
     found = occlusion_survival.regress(occlusion_survival.read(runs))
     if out:
         occlusion_survival.write(found, out, formats)
+    shown = occlusion_survival.document(found)
     if as_json:
-        print(json.dumps({**occlusion_survival.document(found), "out": out and str(out)}, allow_nan=False))
+        print(json.dumps({**json_data(shown), "out": out and str(out)}, allow_nan=False))
     else:
-        text.show(occlusion_survival.report(found))
+        text.show(shown)
         print(
             f"Table and figure are in {out}" if out else "Nothing was written; for the table and a figure, give --out"
         )

@@ -150,8 +150,7 @@ def realism(
     as_json: AsJson = False,
 ) -> None:
     """Compare simulated vehicles with real ones, matched by range, aspect and end seen."""
-    import json
-
+    from luxloop.scenarios.document.document import json_text
     from luxloop.scenarios.realism import labelled_vehicle, real_table, realism_comparison, realism_table
     from luxloop.scenarios.report import text
 
@@ -166,10 +165,11 @@ def realism(
     comparison = realism_comparison.compare(table, bands, vehicles)
     if out:
         realism_table.write(comparison, out)
+    shown = realism_table.document(comparison)
     if as_json:
-        print(json.dumps(realism_table.document(comparison), allow_nan=False))
+        print(json_text(shown))
     else:
-        text.show(realism_table.report(comparison))
+        text.show(shown)
         print(f"Figures and matched vehicles are in {out}" if out else "Nothing was written; for figures, give --out")
 
 
@@ -181,13 +181,12 @@ def fits(
     as_json: AsJson = False,
 ) -> None:
     """Grade the fits to labelled vehicles: each cut of a recording, and all data sets together, side by side."""
-    import json
-
+    from luxloop.scenarios.document.document import json_text
     from luxloop.scenarios.realism import fit_observations, fit_report
     from luxloop.scenarios.report import text
 
-    groups = fit_observations.of_folders(sources)
+    shown = fit_report.document(fit_observations.of_folders(sources))
     if as_json:
-        print(json.dumps(fit_report.document(groups), allow_nan=False))
+        print(json_text(shown))
     else:
-        text.show(fit_report.report(groups))
+        text.show(shown)

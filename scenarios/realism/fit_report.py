@@ -1,4 +1,4 @@
-"""Report of fits to labelled vehicles: groups of observations side by side, as text and as JSON."""
+"""Fits to labelled vehicles: the errors of each source side by side, as a document."""
 
 from collections.abc import Iterator, Mapping
 from statistics import NormalDist
@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from rich.console import Group, RenderableType
-from rich.padding import Padding
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.document.document import Table
+from luxloop.scenarios.document.document import Answer, Document, Section, Table
 from luxloop.scenarios.realism.fit_observations import VIEWS, range_bands
 from luxloop.scenarios.realism.labelled_fits import COMPARED
 from luxloop.scenarios.report.cells import NONE, table_of
@@ -29,20 +27,23 @@ Figure = tuple[float, Interval | None]
 """Value with its 95 % interval over vehicles, None for too few."""
 
 
-def report(groups: Groups) -> Group:
-    """Return the printed tables."""
-    sections: list[RenderableType] = [
+def document(groups: Groups) -> Document:
+    """Return the errors of each source side by side."""
+    tables = [
         _table("Mean absolute heading error [deg], and per vehicle", groups, _means(groups)),
         _table("Error of best minus error of the method [deg]", groups, _differences(groups)),
         _table(f"By view and range: {' | '.join(BY_GROUP)} [deg]", groups, _parts(groups)),
         _table("Share of true headings in the stated intervals [%]", groups, _coverage(groups)),
     ]
-    return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
+    errors = "; ".join(_sentence(name, rows) for name, rows in groups.items())
+    answer = Answer(f"Mean heading error of the selected fits, beside that of T-linkage: {errors}")
+    data = {"sources": {name: _entry(rows) for name, rows in groups.items()}}
+    return Document("Fits to labelled vehicles", answer, [], [Section("errors", "Errors", tables)], data)
 
 
-def document(groups: Groups) -> dict[str, Any]:
-    """Return the figures as JSON."""
-    return {name: _entry(rows) for name, rows in groups.items()}
+def _sentence(name: str, rows: pd.DataFrame) -> str:
+    best, tlinkage = (rows[method].mean() for method in ("best", "tlinkage"))
+    return f"{best:.2f} and {tlinkage:.2f} deg on {name}"
 
 
 def _entry(rows: pd.DataFrame) -> dict[str, Any]:

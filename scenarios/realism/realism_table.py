@@ -1,14 +1,10 @@
-"""Comparison with real vehicles as text and as JSON."""
+"""Comparison with real vehicles as a document, and the folder of its files."""
 
 import json
 from pathlib import Path
 from typing import Any
 
-from rich.console import Group, RenderableType
-from rich.padding import Padding
-from rich.text import Text
-
-from luxloop.scenarios.document.document import Span, Style, Table
+from luxloop.scenarios.document.document import Answer, Document, Paragraph, Section, Span, Style, Table, json_data
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.realism import realism_figures
@@ -20,22 +16,21 @@ from luxloop.scenarios.report.cells import NONE, table_of
 STYLES: dict[str, Style] = {"agrees": "good", "differs": "bad", NONE: "dim"}
 
 
-def report(comparison: Comparison) -> Group:
-    """Return the printed comparison."""
-    sections: list[RenderableType] = [_table(comparison.rows), _notes(comparison)]
-    return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
-
-
-def document(comparison: Comparison) -> dict[str, Any]:
-    """Return the comparison as JSON, in the units of the tables."""
-    return {
+def document(comparison: Comparison) -> Document:
+    """Return the comparison; its figures for programs are in the units of the tables."""
+    judged = [row for row in comparison.rows if row.verdict != NONE]
+    agreeing = sum(row.verdict == "agrees" for row in judged)
+    answer = Answer(f"{agreeing} of {len(judged)} figures of the simulated vehicles agree with the real ones")
+    figures = Section("figures", "Figures", [_table(comparison.rows), Paragraph(_notes(comparison))])
+    data = {
         "real_vehicles": len(comparison.real),
         "simulated_observations": comparison.observations,
         "matched_observations": len(comparison.vehicles),
         "far_matches": comparison.far,
-        "differs": [row.figure.name for row in comparison.rows if row.verdict == "differs"],
+        "differs": [row.figure.name for row in judged if row.verdict == "differs"],
         "figures": {row.figure.name: _entry(row) for row in comparison.rows},
     }
+    return Document("Simulated beside real vehicles", answer, [], [figures], data)
 
 
 def _entry(row: ComparedRow) -> dict[str, Any]:
@@ -65,13 +60,10 @@ def _table(rows: list[ComparedRow]) -> Table:
     return table
 
 
-def _notes(comparison: Comparison) -> Text:
-    judged = [row for row in comparison.rows if row.verdict != NONE]
-    agreeing = sum(row.verdict == "agrees" for row in judged)
+def _notes(comparison: Comparison) -> str:
     actors = comparison.matched.groupby(["data_set", "actor_id"]).ngroups
-    return Text(
-        f"{agreeing} of {len(judged)} figures agree: within 25 % of the real one or inside its quartiles; "
-        "heading errors within 50 %.\n"
+    return (
+        "A figure agrees within 25 % of the real one or inside its quartiles; heading errors within 50 %.\n"
         "Ends are fronts and rears. Medians; shares inside and outside and heading errors are means.\n"
         "Intervals are over whole vehicles.\n"
         f"{len(comparison.real)} real vehicles, each with its {NEAREST} nearest of {comparison.observations} simulated "
@@ -108,9 +100,10 @@ def write(comparison: Comparison, out: Path) -> None:
     """
     with atomic_folder.create(out, OPTION, refuse_other_files) as folder:
         try:
-            shown = json.dumps(document(comparison), indent=2, allow_nan=False)
-            (folder / DOCUMENT).write_text(shown + "\n", encoding="utf-8")
-            (folder / TABLE).write_text(text.as_text(report(comparison)), encoding="utf-8")
+            shown = document(comparison)
+            figures = json.dumps(json_data(shown), indent=2, allow_nan=False)
+            (folder / DOCUMENT).write_text(figures + "\n", encoding="utf-8")
+            (folder / TABLE).write_text(text.as_text(shown), encoding="utf-8")
             comparison.matched.to_csv(folder / MATCHED, index=False, float_format=FIGURE_FORMAT)
             realism_figures.save(comparison, folder)
         except OSError as error:

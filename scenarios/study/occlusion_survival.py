@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 import scipy
-from rich.console import Group
-from rich.text import Text
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.document import figure_files
-from luxloop.scenarios.document.document import Table
+from luxloop.scenarios.document.document import Answer, Document, Section, Table, json_data
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES
 from luxloop.scenarios.errors import OutputError
@@ -142,32 +140,29 @@ BINS_S = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0)
 WORDS = {"hidden_by_kind": "hidden by", "manoeuvre": "while hidden, the vehicle", "kind": "class of the vehicle"}
 
 
-def report(found: OcclusionSurvival) -> Group:
-    """Return the printed tables."""
-    table = found.table
-    vehicles = table.groupby(["run", "actor_id"]).ngroups
-    head = Text(
-        f"{len(table)} occlusions of {vehicles} vehicles in {table['run'].nunique()} runs; "
-        f"{table['survived'].mean():.0%} of the ids survive. Intervals: 95 %, over {found.clusters}."
+def document(found: OcclusionSurvival) -> Document:
+    """Return the shares and times; in the figures for programs, a time beyond the observed ones is null."""
+    table, shares = found.table, {column: group_shares(found, column) for column in GROUPS}
+    runs, vehicles = table["run"].nunique(), table.groupby(["run", "actor_id"]).ngroups
+    answer = Answer(
+        f"{table['survived'].mean():.0%} of the ids survive {len(table)} occlusions of {vehicles} vehicles in {runs} "
+        f"run{'s' * (runs > 1)}; intervals: 95 %, over {found.clusters}"
     )
-    groups = [_group_table(found, column) for column in GROUPS]
-    return Group(head, Text(), _thresholds(found), Text(), *(part for one in groups for part in (one, Text())))
-
-
-def document(found: OcclusionSurvival) -> dict[str, Any]:
-    """Return the figures as JSON; a threshold beyond the observed times is null."""
-    gaps = found.table["hidden_s"]
-    shares = {column: group_shares(found, column).to_dict("records") for column in GROUPS}
-    return {
-        "occlusions": len(found.table),
-        "runs": found.table["run"].nunique(),
+    groups = [_group_table(column, rows) for column, rows in shares.items()]
+    data = {
+        "occlusions": len(table),
+        "runs": runs,
         "clusters": found.clusters,
-        "hidden_s": [float(gaps.min()), float(gaps.max())],
+        "hidden_s": [float(table["hidden_s"].min()), float(table["hidden_s"].max())],
         "intercept": float(found.curve.intercept[0]),
         "slope_per_s": float(found.curve.slope[0]),
         "thresholds": [_entry(found, share) for share in SHARES],
-        "groups": {column: [{**row, "level": str(row["level"])} for row in rows] for column, rows in shares.items()},
+        "groups": {
+            column: [{**row, "level": str(row["level"])} for row in rows.to_dict("records")]
+            for column, rows in shares.items()
+        },
     }
+    return Document("Survival of ids", answer, [_thresholds(found)], [Section("groups", "Groups", groups)], data)
 
 
 def write(found: OcclusionSurvival, out: Path, formats: list[str]) -> None:
@@ -181,7 +176,7 @@ def write(found: OcclusionSurvival, out: Path, formats: list[str]) -> None:
     with atomic_folder.create(out, "--out", _refuse_other_files) as folder:
         try:
             found.table.to_parquet(folder / TABLE, index=False)
-            text = json.dumps(document(found), indent=2, allow_nan=False) + "\n"
+            text = json.dumps(json_data(document(found)), indent=2, allow_nan=False) + "\n"
             (folder / DOCUMENT).write_text(text, encoding="utf-8")
         except OSError as error:
             raise atomic_folder.cannot_write(out, "--out", error) from error
@@ -222,9 +217,9 @@ def _cell(number: float, ends: Interval) -> str:
     return f"> {ends[1]:.2f}" if number > ends[1] else f"{number:.2f}"
 
 
-def _group_table(found: OcclusionSurvival, column: str) -> Table:
+def _group_table(column: str, rows: pd.DataFrame) -> Table:
     table = table_of(f"Survival by: {WORDS[column]}", WORDS[column], "occlusions", "survive", "95 %")
-    for row in group_shares(found, column).to_dict("records"):
+    for row in rows.to_dict("records"):
         limits = f"{row['low']:.0%} to {row['high']:.0%}"
         table.add_row(str(row["level"]), str(row["occlusions"]), f"{row['share']:.0%}", limits)
     return table

@@ -71,7 +71,7 @@ def test_all_data_sets_are_one_group_beside_the_cuts(tmp_path, capsys):
     label = {"x_ego_m": POSE[0], "y_ego_m": POSE[1], "heading_ego_rad": POSE[2]}
     sets = [write_data_set(tmp_path / name, cloud(), [label]) for name in ("one", "two")]
     assert main(["fits", str(write_recording(tmp_path / "street")), *map(str, sets), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)["sources"]
     assert list(found) == ["street bumper", "street roof", "simulated"]
     assert (found["simulated"]["clusters"], found["simulated"]["vehicles"]) == (2, 2)
     assert found["simulated"]["error_deg"]["best"][0] < 0.5
