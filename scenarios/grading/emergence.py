@@ -37,7 +37,7 @@ def survival(times: Floats, reached: Bools) -> tuple[Floats, Floats]:
     at, number = np.unique(times, return_inverse=True)
     events = np.bincount(number, reached, len(at))
     observed = len(times) - np.searchsorted(np.sort(times), at)  # events and censored times from this one on
-    return at, np.cumprod(1.0 - events / observed)
+    return at, np.asarray(np.cumprod(1.0 - events / observed), np.float64)
 
 
 def median(times: Floats, reached: Bools) -> float:
@@ -153,7 +153,8 @@ def _path(boxes: Floats, ahead_m: float) -> Floats:
     half_m = 0.5 * boxes[0, 3]
     rear, front = boxes[0, :2] - half_m * heading[0], boxes[-1, :2] + (half_m + ahead_m) * heading[-1]
     path = np.vstack([rear, boxes[:, :2], front])
-    return path[np.append(True, np.any(np.diff(path, axis=0), axis=1))]
+    moves = np.any(np.diff(path, axis=0), axis=1)
+    return np.asarray(path[np.append(True, moves)])
 
 
 def _distances(path: Floats, points: Floats) -> Floats:
@@ -261,20 +262,23 @@ def emergence_table(first: Mapping[str, Mapping[int, int]], truth: pd.DataFrame,
         without a collision course, `meeting_m` and `meeting_s` NaN without a meeting point and negative beyond it.
     """
     boxes, velocities, time_s = _columns(truth, BOX), _columns(truth, VELOCITY), truth["time_s"].to_numpy()
-    path = EgoPath.of(ego["time_s"].to_numpy(), _columns(ego, BOX)) if len(ego) else None
-    parts = []
     is_traffic = (truth["kind"] != Kind.OBSTACLE.name.lower()).to_numpy()
-    for actor, rows in rows_by_actor(truth["actor_id"].to_numpy(), np.flatnonzero(is_traffic)):
-        at, reached = _moments(first, actor, truth["frame"].to_numpy(), rows)
-        meets_s, along_m = path.meeting(boxes[rows], float(np.hypot(*velocities[rows[-1]]))) if path else NO_MEETING
-        delay_s = time_s[at] - time_s[at[BEAM]] if reached[BEAM] else np.full(len(STAGES), np.nan)
-        parts.append((at, reached, delay_s, np.full(len(STAGES), meets_s), np.full(len(STAGES), along_m)))
-    if path is None or not parts:
+    if not len(ego) or not is_traffic.any():
         return _table(truth.iloc[:0], *np.empty((5, 0)))
-    at, reached, delay_s, meets_s, along_m = (np.concatenate(part) for part in zip(*parts, strict=True))
+    path = EgoPath.of(ego["time_s"].to_numpy(), _columns(ego, BOX))
+    moments, meetings = [], []
+    for actor, rows in rows_by_actor(truth["actor_id"].to_numpy(), np.flatnonzero(is_traffic)):
+        moments.append(_moments(first, actor, truth["frame"].to_numpy(), rows))
+        meetings.append(path.meeting(boxes[rows], float(np.hypot(*velocities[rows[-1]]))))
+    at, reached = (np.array(part) for part in zip(*moments, strict=True))
+    first_beam_s = np.where(reached[:, BEAM], time_s[at[:, BEAM]], np.nan)
+    delay_s = (time_s[at] - first_beam_s[:, None]).ravel()
+    meeting_s, along_m = np.repeat(meetings, len(STAGES), axis=0).T
+    at = at.ravel()
     now = np.searchsorted(ego["frame"].to_numpy(), truth["frame"].to_numpy()[at])
     ttc_s = time_to_collision(_columns(ego, BOX)[now], _columns(ego, VELOCITY)[now], boxes[at], velocities[at])
-    return _table(truth.iloc[at], reached, delay_s, ttc_s, along_m - path.along_m[now], meets_s - time_s[at])
+    to_meeting = along_m - path.along_m[now], meeting_s - time_s[at]
+    return _table(truth.iloc[at], reached.ravel(), delay_s, ttc_s, *to_meeting)
 
 
 BEAM = [*STAGES].index("first_beam")
