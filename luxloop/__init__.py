@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from luxloop.scenarios.compare.comparison import Comparison
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.interface import (
+        ceiling,
         compare,
         grade,
         grade_boxes,
@@ -38,6 +39,7 @@ __all__ = [
     "TrackerConfig",
     "Tracks",
     "__version__",
+    "ceiling",
     "compare",
     "grade",
     "grade_boxes",
@@ -57,6 +59,7 @@ _MODULES = {
     "Tracker": "luxloop.tracker.tracker",
     "TrackerConfig": "luxloop.tracker.tracker",
     "Tracks": "luxloop.tracker.records",
+    "ceiling": "luxloop.scenarios.interface",
     "compare": "luxloop.scenarios.interface",
     "grade": "luxloop.scenarios.interface",
     "grade_boxes": "luxloop.scenarios.interface",

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from luxloop.scenarios.exchange.paired_frames import BoxLimits, FrameMatching
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.files.shipped import Entry
+    from luxloop.scenarios.oracle.ceiling import Ceiling
     from luxloop.scenarios.result import Result
     from luxloop.scenarios.run.device import DeviceFactory
 
@@ -279,6 +280,44 @@ def compare(base: Runs, head: Runs, *, loss: float = STATED_LOSS) -> "Comparison
     from luxloop.scenarios.compare import comparison, run_pairs
 
     return comparison.compare(run_pairs.pair(run_pairs.side_of(base, "BASE"), run_pairs.side_of(head, "HEAD")), loss)
+
+
+def ceiling(
+    scenario: "str | Path | Scenario",
+    *,
+    seeds: Sequence[int] = (),
+    duration_s: float | None = None,
+    heading_std_deg: float = 1.0,
+    position_std_m: float = 0.05,
+) -> "list[Ceiling]":
+    """Grade the shipped tracker beside an ideal causal tracker on the same scans.
+
+    Parameters
+    ----------
+    scenario
+        As for `run`.
+    seeds
+        Seeds of the runs; that of the scenario if left out.
+    duration_s
+        Simulated time [s], instead of the scenario's.
+    heading_std_deg, position_std_m
+        Errors of the ideal tracker with noise [deg, m].
+
+    Returns
+    -------
+    list
+        HOTA, ceilings and losses of each run.
+
+    Raises
+    ------
+    luxloop.Error
+        Bad input, or a simulator that failed before the first frame.
+    """
+    loaded = [_loaded(scenario, seed, duration_s, ()) for seed in seeds or (None,)]
+    from luxloop.scenarios.oracle.ceiling import measure
+    from luxloop.scenarios.oracle.ceiling_tracker import PoseNoise
+
+    return [measure(one, PoseNoise(heading_std_deg, position_std_m)) for one in loaded]
 
 
 def cores() -> int:

@@ -1,4 +1,4 @@
-"""Commands that compare runs: `luxloop compare`, `baseline`, `trends` and `blame`."""
+"""Commands that compare runs: `luxloop compare`, `baseline`, `trends`, `ceiling` and `blame`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,6 +7,7 @@ import typer
 
 from luxloop.scenarios.commands.arguments import AsJson, Duration, Quiet, ScenarioName, Seed, Tracker, finite, overrides
 from luxloop.scenarios.commands.error_messages import print_early_end
+from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exit_codes import ExitCode
 
 BASE_OR_HEAD = "A folder of runs, a single run, or a file that `luxloop baseline` wrote"
@@ -92,6 +93,43 @@ def trends(
     html.write(out, shown)
     text.show(shown)
     print(f"The page is {out}")
+
+
+def ceiling(
+    scenario: ScenarioName,
+    seed: Seed = None,
+    seeds: Annotated[
+        str | None, typer.Option(metavar="FIRST-LAST", help="Run all these seeds, e.g. 1-6, and print means.")
+    ] = None,
+    duration: Duration = None,
+    heading_std: Annotated[
+        float, typer.Option(metavar="DEG", min=0.0, callback=finite, help="Heading error of the noisy ceiling [deg].")
+    ] = 1.0,
+    position_std: Annotated[
+        float, typer.Option(metavar="M", min=0.0, callback=finite, help="Position error of the noisy ceiling [m].")
+    ] = 0.05,
+    as_json: AsJson = False,
+) -> None:
+    """Print HOTA beside that of an ideal causal tracker, which knows all that the scans have shown so far."""
+    from luxloop.scenarios import interface
+    from luxloop.scenarios.document.document import json_text
+    from luxloop.scenarios.files import seed_range
+    from luxloop.scenarios.oracle.ceiling_tracker import PoseNoise
+    from luxloop.scenarios.report import text
+    from luxloop.scenarios.report.ceiling_document import ceiling_document
+
+    if seed is not None and seeds is not None:
+        raise InputError("--seed and --seeds are both given; omit one")
+    chosen = seed_range.parse(seeds) if seeds else [seed] if seed is not None else []
+    found = interface.ceiling(
+        scenario, seeds=chosen, duration_s=duration, heading_std_deg=heading_std, position_std_m=position_std
+    )
+    shown = ceiling_document(found, PoseNoise(heading_std, position_std))
+    if as_json:
+        print(json_text(shown))
+    else:
+        text.show(shown)
+    raise typer.Exit(ExitCode.FAILED if any(one.ended_early for one in found) else 0)
 
 
 def blame(

@@ -11,6 +11,7 @@ from luxloop.scenarios.compare.vehicle_sums import VehicleSums, vehicle_sums
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files.expect import ExpectationOutcome, Limit, check
 from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.oracle.stage import ORACLE
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 
@@ -92,6 +93,10 @@ def digest(result: Result) -> RunDigest:
         raise OutputError(
             f"{result.out or result.scenario}: its tracker ran in the process of the truth (--in-process); run it "
             "again without, named as FILE.py:NAME or MODULE:NAME"
+        )
+    if result.config["device"].startswith(ORACLE):
+        raise OutputError(
+            f"{result.out or result.scenario}: {result.config['device']} got the ground truth; run a tracker"
         )
     limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items() if not name.startswith(TIMES)}
     checks = check(result.metrics, limits, result.config["device"])

@@ -294,6 +294,9 @@ class RunObservations:
     def _of_track(self, rows: Observations, name: str) -> Column | None:
         if name in _OF_MOTION:
             return _OF_MOTION[name](rows)
+        if name in ("stopped", "parked"):
+            since_seen = _standing_since_seen(rows.table, self.truth)
+            return np.asarray(rows["standing"].astype(np.bool_) & (since_seen == (name == "parked")))
         if name == "changing":
             return mma_metrics.around_changes(rows.table, self.truth)
         for label, seconds in HORIZONS.items():
@@ -357,13 +360,13 @@ def _of_cause(rows: Observations, name: str) -> Column | None:
     return np.asarray(rows.table["cause"] == name)
 
 
-def _standing_since_seen(vehicles: pd.DataFrame, truth: pd.DataFrame) -> Bools:
-    """(n,) mask of the graded rows of vehicles that have not moved since the first frame with a point on them."""
+def _standing_since_seen(rows: pd.DataFrame, truth: pd.DataFrame) -> Bools:
+    """(n,) mask of the rows of vehicles that have not moved since the first frame with a point on them."""
     first = truth[truth["points"] != 0].groupby("actor_id")["frame"].min()
     moving = truth[truth["mode"] != MODELS[0]]
     moving = moving[moving["frame"] >= moving["actor_id"].map(first)]
     starts = moving.groupby("actor_id")["frame"].min()
-    return np.asarray(vehicles["frame"] < vehicles["actor_id"].map(starts).fillna(np.inf), dtype=np.bool_)
+    return np.asarray(rows["frame"] < rows["actor_id"].map(starts).fillna(np.inf), dtype=np.bool_)
 
 
 def _time_without_hit_s(vehicles: pd.DataFrame, is_hit: Bools) -> Floats:

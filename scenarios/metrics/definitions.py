@@ -476,6 +476,14 @@ def _motion() -> Iterator[MetricDefinition]:
         "standing_flip_rate", "1", "headings more than 90 degrees off, standing vehicles", "flipped", "standing",
         range=SHARE, ranked_by="heading_error_deg",
     )  # fmt: skip
+    for which, meaning in (
+        ("stopped", "standing vehicles that moved in sight before"),
+        ("parked", "vehicles standing since they came into sight"),
+    ):
+        yield figure(
+            f"{which}_flip_rate", "1", f"headings more than 90 degrees off, {meaning}", "flipped", which,
+            range=SHARE, ranked_by="heading_error_deg",
+        )  # fmt: skip
     yield figure("velocity_abs_mean_mps", "m/s", "mean norm of the velocity error", "velocity_error_mps")
     yield figure(
         "moving_velocity_abs_mean_mps",

@@ -20,6 +20,9 @@ The rectangle has the true heading, and the true ends where clean points reach t
 vehicle, or a single side is visible, the rectangle ends at the points, like that of the real stage: the length of a
 vehicle that shows its rear is estimated by the track. The real stage decides if the rectangle becomes a box.
 
+The tracker adds to every whole side the part that rounded corners hide from real fits. The box of a whole side lacks
+this part at its far end, as a real one does, so that the tracker's box has the true ends.
+
 Segments without an owner, of pedestrians and cyclists, and of articulated trucks in a bend keep the real fit.
 """
 
@@ -49,6 +52,7 @@ from luxloop.tracker.records import (
     Segments,
 )
 from luxloop.tracker.scan import Scan
+from luxloop.tracker.tracking.vehicle_size import HIDDEN_M
 
 REMOVED = -1
 
@@ -137,6 +141,8 @@ class TrueRectangles:
     """(K, 2) [m]."""
     size: Floats
     """(K, 2) along and across that heading [m]."""
+    hidden: Floats
+    """(K, 2) part of a whole side that rounded corners would hide from a real fit [m]; 0 for a truncated side."""
 
 
 def rectangles(points: SegmentedPoints, truth: Truth) -> TrueRectangles:
@@ -157,8 +163,11 @@ def rectangles(points: SegmentedPoints, truth: Truth) -> TrueRectangles:
     low, high = visible(turned(points.xy[used] - way - boxes[row, :2], -boxes[row, 2]), row, boxes[:, 3:])
     heading = fold(boxes[:, 2])
     quarters = np.rint((boxes[:, 2] - heading) / QUARTER).astype(np.int64)
-    size = np.where((quarters % 2 == 1)[:, None], (high - low)[:, ::-1], high - low)
-    return TrueRectangles(segment, heading, boxes[:, :2] + turned(0.5 * (low + high), boxes[:, 2]), size)
+    sideways = (quarters % 2 == 1)[:, None]
+    size = np.where(sideways, (high - low)[:, ::-1], high - low)
+    hidden = np.where(high - low >= boxes[:, 3:], HIDDEN_M, 0.0)
+    hidden = np.where(sideways, hidden[:, ::-1], hidden)
+    return TrueRectangles(segment, heading, boxes[:, :2] + turned(0.5 * (low + high), boxes[:, 2]), size, hidden)
 
 
 def visible(points: Floats, row: Ints, size: Floats) -> tuple[Floats, Floats]:
@@ -194,9 +203,19 @@ def select(candidates: Candidates, true: TrueRectangles) -> Candidates:
     )
 
 
-def with_exact(boxes: Boxes, exact: Bools) -> Boxes:
-    """Return the boxes with a small covariance and the time of the scan for segments that are `exact` (S,)."""
-    is_exact = exact[boxes.segment]
+def without_hidden(boxes: Boxes, true: TrueRectangles) -> Boxes:
+    """Return the boxes without the part of whole sides that the tracker adds, at their far ends."""
+    hidden = np.zeros_like(boxes.size)
+    row = np.searchsorted(true.segment, boxes.segment)
+    exact = np.isin(boxes.segment, true.segment)
+    hidden[exact] = true.hidden[row[exact]]
+    center = boxes.center_ego + turned(0.5 * boxes.corner_sign * hidden, boxes.heading)
+    return replace(boxes, center_ego=center, size=boxes.size - hidden)
+
+
+def with_exact(boxes: Boxes, true: TrueRectangles) -> Boxes:
+    """Return the boxes of true rectangles with a small covariance and the time of the scan."""
+    boxes, is_exact = without_hidden(boxes, true), np.isin(boxes.segment, true.segment)
     covariance = np.diag([CORNER_STD_M**2, CORNER_STD_M**2, HEADING_STD_RAD**2])
     return replace(
         boxes,
@@ -255,5 +274,4 @@ class OracleDetector(Detector):
     def box(self, points: SegmentedPoints, linkage: Linkage, candidates: Candidates) -> Boxes:
         """Make boxes of rectangles; true rectangles get a small covariance."""
         boxes = super().box(points, linkage, candidates)
-        exact = Stage.FIT in self._stages
-        return with_exact(boxes, self.truth.boxed_owner(points.segments)) if exact else boxes
+        return with_exact(boxes, rectangles(points, self.truth)) if Stage.FIT in self._stages else boxes

@@ -11,10 +11,11 @@ from luxloop.scenarios.oracle.oracle_tracks import (
     OracleConfirmation,
     OracleModelSelection,
     OracleScore,
+    OracleSizes,
     OracleTrackManagement,
 )
 from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth
-from luxloop.scenarios.oracle.stage import Stage
+from luxloop.scenarios.oracle.stage import ORACLE, Stage
 from luxloop.scenarios.run import device
 from luxloop.scenarios.run.device import APART, DeviceFactory
 from luxloop.sensor_model.truth import ScanTruth
@@ -78,8 +79,11 @@ def _with_truth(tracker: Tracker, replaced: frozenset[Stage], context: OracleCon
         associator.score = OracleScore(associator.score, context)
     if Stage.MODEL in replaced:
         models = OracleModelSelection(tracker.config.mma, context)
+    recording: TrackManagement = ActorRecorder(deciding, context)
+    if Stage.SIZE in replaced:
+        recording = OracleSizes(recording, context)
     seeing = OracleDetector.over(detector, replaced, context)
-    return TrackerStages(seeing, associator, models, ActorRecorder(deciding, context))
+    return TrackerStages(seeing, associator, models, recording)
 
 
 REPLACEABLE: dict[str, tuple[type, str]] = {
@@ -127,7 +131,7 @@ class OracleFactory:
         return OracleTracker(tracker, self.stages)
 
     def __str__(self) -> str:
-        return f"oracle: {', '.join(stage for stage in Stage if stage in self.stages)}"
+        return f"{ORACLE}{', '.join(stage for stage in Stage if stage in self.stages)}"
 
 
 def choose(tracker: str | DeviceFactory | None, stages: Sequence[Stage], in_process: bool = False) -> DeviceFactory:

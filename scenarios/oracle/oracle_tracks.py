@@ -1,4 +1,4 @@
-"""Oracles of the stages on tracks: association, confirmation and the choice of the motion model.
+"""Oracles of the stages on tracks: association, confirmation, the choice of the motion model, and sizes.
 
 Association: a box updates a track of the actor that owns it, regardless of the gate.
 
@@ -22,6 +22,9 @@ Model selection: a track selects the model of the true mode of motion of its veh
 The other models get a negligible probability, so that mixing starts all filters from the model of the true mode. A
 track without an actor selects its model from its observations. The filters, their noise and the times of their
 corrections are those of the tracker.
+
+Sizes: a track has the length and width of the vehicle that it follows, from its tracked corner on. Its visible extents
+are those of the tracker. A bent truck keeps its estimate.
 """
 
 from collections.abc import Iterator
@@ -43,6 +46,8 @@ from luxloop.tracker.tracking.observations import Observations
 from luxloop.tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 from luxloop.tracker.tracking.track_table import TrackTable
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
+from luxloop.tracker.tracking.vehicle_size import LOG_ODDS_MAX
+from luxloop.tracker.vehicle_classes import GRID_M
 
 AWAY_M = 0.5
 """Limit on how far a correct box may move a track away from its vehicle [m]: corners are rounded, sizes are guessed."""
@@ -238,6 +243,36 @@ class ActorRecorder:
         if isinstance(selection, OracleModelSelection):
             selection.select(managed)
         return managed
+
+
+class OracleSizes:
+    """Track management after which every track has the size of the vehicle that it follows."""
+
+    def __init__(self, management: TrackManagement, context: OracleContext) -> None:
+        self._management = management
+        self._context = context
+
+    def manage(
+        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
+    ) -> TrackTable:
+        """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
+        managed = self._management.manage(tracks, observations, track_id, forward, selection)
+        size = self._context.truth.size_of(self._context.track_actor(managed))
+        for t in np.flatnonzero(np.isfinite(size[:, 0])).tolist():
+            managed.size[t], managed.size_std[t] = size[t], SIZE_STD_M
+            managed.size_likelihood[t], managed.piece_likelihood[t] = certain_sides(size[t]), 0.0
+        return managed
+
+
+SIZE_STD_M = 0.01
+"""Standard deviation of true sides [m]."""
+
+
+def certain_sides(size: Floats) -> Floats:
+    """(2, G) log-likelihoods of known sides (2,) [m], which one view cannot change."""
+    likelihood = np.full((2, len(GRID_M)), -LOG_ODDS_MAX)
+    likelihood[np.arange(2), np.abs(GRID_M - size[:, None]).argmin(axis=1)] = 0.0
+    return likelihood
 
 
 def certain(mode: int, models: tuple[str, ...] = MODELS) -> Floats:

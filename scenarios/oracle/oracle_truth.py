@@ -63,9 +63,18 @@ class Truth:
         """(T, 2) true box centres of actors (T,) in the odometry frame [m], NaN for actors that are not present."""
         center = np.full((len(self.actor_id), 2), np.nan)
         center[:-1] = out_of_frame(self.boxes_ego[:, :3], ego_pose_odom)[:, :2]
+        return np.asarray(center[self._row_of(actor_id)])
+
+    def size_of(self, actor_id: Ints) -> Floats:
+        """(T, 2) true length and width of actors (T,) [m], NaN for those that are not present or have no rectangle."""
+        size = np.full((len(self.actor_id), 2), np.nan)
+        size[:-1][self.boxed[:-1]] = self.boxes_ego[self.boxed[:-1], 3:]
+        return np.asarray(size[self._row_of(actor_id)])
+
+    def _row_of(self, actor_id: Ints) -> Ints:
+        """(T,) rows of actors (T,), -1 for those that are not present."""
         present = np.isin(actor_id, self.actor_id[:-1])
-        row = np.where(present, np.searchsorted(self.actor_id[:-1], actor_id), NO_ACTOR_ROW)
-        return np.asarray(center[row])
+        return np.where(present, np.searchsorted(self.actor_id[:-1], actor_id), NO_ACTOR_ROW)
 
     def owner_row(self, segments: Segments) -> Ints:
         """(S,) row of the actor that owns most points of a segment, -1 for none."""

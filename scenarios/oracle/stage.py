@@ -1,6 +1,9 @@
-"""Stages that have an oracle. Imported by the command line, so without heavy imports."""
+"""Stages that have an oracle, and the names of oracles. Imported by the command line, so without heavy imports."""
 
 from enum import StrEnum
+
+ORACLE = "oracle: "
+"""Start of the name of every device with the ground truth that a user can choose; comparisons refuse its results."""
 
 
 class Stage(StrEnum):
@@ -11,4 +14,5 @@ class Stage(StrEnum):
     FIT = "fit"
     ASSOCIATION = "association"
     MODEL = "model"
+    SIZE = "size"
     CONFIRMATION = "confirmation"

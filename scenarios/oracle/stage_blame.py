@@ -137,7 +137,7 @@ def find_out(scenario: Scenario, make_tracker: DeviceFactory = Tracker) -> Blame
     if scenario.control:
         result = loop.run(scenario, make_tracker)
         return Blame(result, {stage: loop.run(scenario, oracle).metrics for stage, oracle in oracles.items()}, {})
-    parallel = {stage: _ParallelDevice(scenario, oracle) for stage, oracle in oracles.items()}
+    parallel = {stage: ParallelDevice(scenario, oracle) for stage, oracle in oracles.items()}
 
     def add(frame: WorldFrame, scan: Scan, truth: ScanTruth, _: FrameGrade) -> None:
         for oracle in parallel.values():
@@ -153,7 +153,7 @@ def find_out(scenario: Scenario, make_tracker: DeviceFactory = Tracker) -> Blame
     )
 
 
-class _ParallelDevice:
+class ParallelDevice:
     """Device that is graded on the scans of another device's run."""
 
     def __init__(self, scenario: Scenario, make_device: DeviceFactory) -> None:
@@ -162,10 +162,12 @@ class _ParallelDevice:
         self._grader = Grader(scenario.grading, delivered_m=rig.range_max_m)
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth) -> None:
+        """Let the device process a scan, and grade its tracks."""
         self._guard.show_truth(frame, truth)
         self._grader.add(frame, scan, truth, *self._guard.checked(self._guard.step(scan), scan))
 
     def finish(self) -> tuple[Metrics, Tables]:
+        """Return the metrics and the tables of all frames."""
         return self._grader.finish()
 
 

@@ -221,7 +221,7 @@ TRACK_TABLES: dict[str, tuple[str, ...]] = {
         *("velocity_abs_mean_mps", "moving_velocity_abs_mean_mps", "standing_speed_mean_mps", "speed_abs_mean_mps"),
         *("speed_mean_mps", "acceleration_abs_mean_mps2"),
         *("heading_abs_mean_deg", "heading_abs_p90_deg", "heading_flip_rate", "heading_unflipped_mean_deg"),
-        *("standing_heading_abs_mean_deg", "standing_flip_rate"),
+        *("standing_heading_abs_mean_deg", "standing_flip_rate", "stopped_flip_rate", "parked_flip_rate"),
         *("length_mean_m", "length_abs_mean_m", "width_mean_m", "width_abs_mean_m"),
     ),
 }

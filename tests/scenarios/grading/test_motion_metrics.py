@@ -70,6 +70,17 @@ def test_headings_of_standing_vehicles_are_modulo_180_degrees():
     assert values(metrics, *names) == pytest.approx([10.0, 20.0, 20.0, 0.0])
 
 
+def test_backward_headings_are_told_apart_by_motion_in_sight():
+    """The car stands for 4 frames, moves for 3 and stands for 3; its track faces backwards in frames 0, 5, 8 and 9."""
+    speed = [0.0] * 4 + [5.0] * 3 + [0.0] * 3
+    backwards = {0: math.pi, 5: math.pi, 8: math.radians(91.0), 9: math.radians(-91.0)}
+    script = [[follow(PARKED, heading=backwards.get(i, math.radians(89.0)))] for i in range(10)]
+    metrics = grade_run([[Body(1, 20.0, -5.0, 0.0, v)] for v in speed], Scripted(script))[0]
+    names = ("parked_flip_rate", "stopped_flip_rate", "standing_flip_rate")
+    assert values(metrics, *names) == pytest.approx([1 / 4, 2 / 3, 3 / 7])
+    assert [metrics[f"track.{name}"].n for name in names] == [4, 3, 7]
+
+
 def test_the_90th_percentile_is_that_of_all_frames():
     script = [[follow(MOVING, heading=math.radians(float(i)))] for i in range(11)]
     metrics = grade_run([[MOVING]] * 11, Scripted(script))[0]

@@ -122,7 +122,10 @@ MOTION = of(
     *("velocity_abs_mean_mps", "moving_velocity_abs_mean_mps", "speed_abs_mean_mps", "speed_mean_mps"),
     *("acceleration_abs_mean_mps2", "standing_speed_mean_mps"),
 )
-FLIPS = ("heading_unflipped_mean_deg", "standing_flip_rate", "orientation_abs_mean_deg")
+FLIPS = (
+    *("heading_unflipped_mean_deg", "standing_flip_rate", "stopped_flip_rate", "parked_flip_rate"),
+    "orientation_abs_mean_deg",
+)
 PAIRS = of("track", "position_abs_mean_m", "iou_mean", "motp")
 HITS = {name for name in STANDARD if name.startswith(("track.missed", "track.false", "track.time_to", "track.never"))}
 GOSPA = of("track", "gospa_m", "gospa_localisation_m2", "gospa_missed_m2", "gospa_false_m2")

@@ -31,6 +31,7 @@ FAULTS = {
     Stage.FIT: (faulty_stages.BiasedFit, ["fit.heading_abs_mean_deg", "track.hota"]),
     Stage.ASSOCIATION: (faulty_stages.ScrambledAssociation, ["track.idf1", "track.hota", "track.false"]),
     Stage.MODEL: (faulty_stages.AlwaysAccelerating, ["mma.mode_accuracy"]),
+    Stage.SIZE: (faulty_stages.LongSizes, ["track.length_abs_mean_m", "track.hota"]),
     Stage.CONFIRMATION: (faulty_stages.SlowConfirmation, ["track.time_to_confirm_s", "track.missed", "track.hota"]),
 }
 
@@ -44,6 +45,7 @@ SCENES = {
     Stage.SEGMENTATION: busy_street.APART,
     Stage.FIT: busy_street.APART,
     Stage.ASSOCIATION: busy_street.APART,
+    Stage.SIZE: busy_street.APART,
     # A merged pair that is confirmed at once hits neither car.
     Stage.CONFIRMATION: busy_street.APART,
 }

@@ -118,6 +118,24 @@ def test_a_true_fit_of_a_rear_is_not_a_whole_vehicle():
     assert extents[:, 0].max() < 1.5
 
 
+def test_a_track_of_true_fits_has_the_true_ends():
+    """The tracker adds 0.27 m to every whole length, for the rounded corners that real fits lack."""
+    run = truly_fitted()
+    fits = run.tables["fits"].query("best and view == 'l_shape'")
+    extents = np.sort(fits[["length_m", "width_m"]], axis=1)
+    whole = fits[np.abs(extents[:, 1] - fits["true_length_m"]) < 1e-6]
+    tracks = run.tables["tracks"].query("judged").merge(whole[["frame", "actor_id", "true_length_m"]])
+    assert len(tracks) > 40
+    assert (tracks["length_m"] - tracks["true_length_m"]).abs().max() < 0.1
+
+
+def test_a_track_with_a_true_size_is_exact():
+    run = short_run.run(busy_street.APART, OracleFactory([Stage.SIZE]))
+    errors = values(run.metrics, "track.length_abs_mean_m", "track.width_abs_mean_m")
+    assert errors == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert run.metrics["track.length_abs_mean_m"].n > 40
+
+
 def test_true_association_has_no_id_switches():
     text = busy_street.TEXT + "[tracker.association]\ngate_chi2 = 0.02\n"  # nearly no box is inside such a gate
     lost, kept = short_run.run(text).metrics, short_run.run(text, OracleFactory([Stage.ASSOCIATION]))
