@@ -214,7 +214,7 @@ class Scenario(BaseModel):
             It was changed or removed meanwhile.
         """
         if self._written is not None and toml_file.read(self._path) != self._written:
-            raise ScenarioError(f"{self._path}: was changed during the run; run it again")
+            raise ScenarioError(f"{self._path}: was changed after it was read; run it again")
 
     @classmethod
     def parse(cls, document: dict[str, Any]) -> Self:

@@ -275,7 +275,7 @@ class Clock:
 @pytest.mark.parametrize(
     ("name", "before", "after", "message"),
     [
-        ("short.toml", "max = 0.5", "max = 0.9", "short.toml: was changed during the run"),
+        ("short.toml", "max = 0.5", "max = 0.9", "short.toml: was changed after it was read"),
         ("rig.toml", "z_m = 0.55", "z_m = 0.65", "its rig rig.toml was changed during the run"),
     ],
 )
