@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.errors import InputError, TracksError
+from luxloop.scenarios.files.mcap_chunks import require_chunks
 from luxloop.scenarios.grading.plane_geometry import turned
 from luxloop.scenarios.offline.mcap.objects import HEADING, LABELS, WORLD
 
@@ -100,8 +101,10 @@ def _read(path: Path, content: Callable[[Any], Any]) -> Any:
 
     try:  # the decoder prints about invalid definitions
         with path.open("rb") as stream, redirect_stdout(StringIO()), redirect_stderr(StringIO()):
-            return content(make_reader(stream, decoder_factories=[DecoderFactory()]))
-    except (TracksError, MemoryError):
+            reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+            require_chunks(path, reader.get_summary())
+            return content(reader)
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # parsers of damaged files raise the errors of their libraries, such as struct.error
         reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
