@@ -231,7 +231,8 @@ def require_table(name: str, table: pd.DataFrame) -> None:
         A column is missing or has another type, or a number that no run has.
     """
     schema = SCHEMAS.get(name, {})
-    if missing := sorted(schema.keys() - set(table.columns) - set(ADDED.get(name, ()))):
+    known = {"frame", *schema} if schema else set()
+    if missing := sorted(known - set(table.columns) - set(ADDED.get(name, ()))):
         raise ValueError(f"column {missing[0]} of {name} is missing")
     if not table.columns.is_unique:
         raise ValueError(f"a column of {name} occurs twice")

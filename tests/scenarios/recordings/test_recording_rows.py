@@ -45,7 +45,7 @@ def test_labels_of_a_frame_in_another_order_are_the_same_vehicles(tmp_path):
 def test_rows_in_another_order_of_frames_are_refused(tmp_path):
     recording = Recording(write(tmp_path / "rec"))
     reorder(recording.folder, [2, 3, 0, 1])
-    with pytest.raises(OutputError, match="the rows should be in the order of column frame; import"):
+    with pytest.raises(OutputError, match=r"the rows should be in the order of column frame\); import"):
         list(recording.frames())
 
 
