@@ -5,7 +5,6 @@ import pytest
 
 from luxloop.sim.reflectivity import CAR_SHADES, SHADES, paint_reflectivity
 from luxloop.sim.roster import Roster
-from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Kind
 
 SIZE = (4.7, 1.8, 1.5)
@@ -40,9 +39,3 @@ def test_paint_follows_the_shares_of_the_shades(kind, shades):
 def test_paint_of_cars_has_the_measured_quartiles():
     draws = [paint_reflectivity(11, f"car.{number}", Kind.CAR) for number in range(2000)]
     assert np.quantile(draws, (0.25, 0.5, 0.75)) == pytest.approx([0.03, 0.075, 0.15], rel=0.15)
-
-
-@pytest.mark.parametrize("size", [(np.inf, 1.8, 1.5), (np.nan, 1.8, 1.5), (4.7, 0.0, 1.5), (4.7, 1.8, 1e6)])
-def test_a_road_user_of_no_plausible_size_is_refused(size):
-    with pytest.raises(TrafficInputError, match=r"car\.0 is .* m large; sides should be above 0 and at most 1000 m"):
-        Roster(seed=1).add("a", Kind.CAR, size)

@@ -14,15 +14,14 @@ from typing import Any, NamedTuple
 
 import betterosi as osi
 import numpy as np
-from mcap.reader import make_reader
 
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.errors import InputError, TracksError
 from luxloop.scenarios.exchange.box_table import BoxTable, checked
 from luxloop.scenarios.exchange.file_formats import Role
 from luxloop.scenarios.exchange.osi.osi_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH, kind_name, points, time_of
-from luxloop.scenarios.files.mcap_chunks import require_chunks
 from luxloop.scenarios.grading.plane_geometry import into_frame, out_of_frame, turned
+from luxloop.scenarios.offline.mcap.chunks import require_chunks
 
 
 def timed(path: Path, messages: Iterable[Any]) -> Iterator[tuple[float, Any]]:
@@ -153,8 +152,7 @@ def read(path: Path, role: Role) -> list[BoxTable]:
         The file cannot be read, has no messages of the role, or a box is invalid.
     """
     try:
-        with path.open("rb") as stream:
-            require_chunks(path, make_reader(stream).get_summary())
+        require_chunks(path)
         own = any(record["data"].get("data_sources", "").startswith(SOURCE) for record in osi.read_file_metadata(path))
         found = _truth(path, own) if role == "truth" else _tracks(path, own)
         frames = _frame_times(path) if own else None

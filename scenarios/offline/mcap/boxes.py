@@ -17,8 +17,8 @@ import numpy as np
 
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.errors import InputError, TracksError
-from luxloop.scenarios.files.mcap_chunks import require_chunks
 from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.offline.mcap.chunks import require_chunks
 from luxloop.scenarios.offline.mcap.objects import HEADING, LABELS, WORLD
 
 NANOSECOND_S = 1e-9
@@ -101,9 +101,8 @@ def _read(path: Path, content: Callable[[Any], Any]) -> Any:
 
     try:  # the decoder prints about invalid definitions
         with path.open("rb") as stream, redirect_stdout(StringIO()), redirect_stderr(StringIO()):
-            reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-            require_chunks(path, reader.get_summary())
-            return content(reader)
+            require_chunks(path)
+            return content(make_reader(stream, decoder_factories=[DecoderFactory()]))
     except (InputError, MemoryError):
         raise
     except Exception as error:  # parsers of damaged files raise the errors of their libraries, such as struct.error

@@ -52,7 +52,7 @@ def test_a_chunk_of_mcap_that_expands_to_many_times_its_size_is_refused(tmp_path
     from mcap.reader import make_reader
     from mcap.writer import CompressionType, Writer
 
-    from luxloop.scenarios.files.mcap_chunks import require_chunks
+    from luxloop.scenarios.offline.mcap.chunks import require_chunks, require_sizes
 
     path = tmp_path / "a.mcap"
     with path.open("wb") as stream:
@@ -63,10 +63,12 @@ def test_a_chunk_of_mcap_that_expands_to_many_times_its_size_is_refused(tmp_path
         writer.finish()
     with path.open("rb") as stream:
         summary = make_reader(stream).get_summary()
-    if understated:
-        summary.chunk_indexes[0].uncompressed_size = 100
+    (index,) = summary.chunk_indexes
+    index.uncompressed_size = 100 if understated else index.uncompressed_size
     with pytest.raises(InputError, match=r"a\.mcap: a chunk expands to .* bytes, more than 100 times its size"):
-        require_chunks(path, summary)
+        require_sizes(path, [index])
+    with pytest.raises(InputError, match="a chunk expands"):
+        require_chunks(path)
 
 
 def test_a_chunk_of_a_bag_that_expands_to_many_times_its_size_is_refused(tmp_path):

@@ -1,6 +1,7 @@
 """Size of the chunks of MCAP files before they are expanded: a few kilobytes may be gigabytes of equal bytes."""
 
 import struct
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +15,27 @@ FRAME_BYTES = 18
 """Longest header of a frame of Zstandard (RFC 8878), which may state a size of its own."""
 
 
-def require_chunks(path: Path, summary: Any) -> None:
+def require_chunks(path: Path) -> None:
     """Check that no chunk of a file expands to more than `FACTOR` times its size.
-
-    Parameters
-    ----------
-    path
-        The file.
-    summary
-        Its summary, as the package mcap reads it.
 
     Raises
     ------
     InputError
         A chunk does.
+    Exception
+        Those of the package mcap for a file that is damaged.
     """
+    from mcap.reader import make_reader
+
     with path.open("rb") as file:
-        for index in summary.chunk_indexes if summary else ():
+        summary = make_reader(file).get_summary()
+    require_sizes(path, summary.chunk_indexes if summary else ())
+
+
+def require_sizes(path: Path, indexes: Iterable[Any]) -> None:
+    """Check the chunks of some `mcap.records.ChunkIndex`; errors as `require_chunks`."""
+    with path.open("rb") as file:
+        for index in indexes:
             file.seek(index.chunk_start_offset)
             expanded = max(index.uncompressed_size, _expanded(file.read(HEADER.size + 64)))
             if expanded > max(ALWAYS_BYTES, FACTOR * index.compressed_size):
