@@ -275,11 +275,14 @@ def compare(base: Runs, head: Runs, *, loss: float = STATED_LOSS) -> "Comparison
     Raises
     ------
     luxloop.Error
-        A side has no run or a damaged one, or no pair of runs can be compared.
+        A side has no run or a damaged one, no pair of runs can be compared, or the limits of a pair differ.
     """
     from luxloop.scenarios.compare import comparison, run_pairs
 
-    return comparison.compare(run_pairs.pair(run_pairs.side_of(base, "BASE"), run_pairs.side_of(head, "HEAD")), loss)
+    sides = run_pairs.side_of(base, "BASE"), run_pairs.side_of(head, "HEAD")
+    pairs = run_pairs.pair(*sides)
+    run_pairs.require_same_limits(*sides)
+    return comparison.compare(pairs, loss)
 
 
 def ceiling(

@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel, StrictInt, ValidationError
 
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.digest import Expectation, Key, RunDigest
 from luxloop.scenarios.compare.vehicle_sums import SUMS, TRUTH, VehicleSums
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file, atomic_folder
+from luxloop.scenarios.files.plain_file import require_plain
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
 
 FORMAT = 2
@@ -26,6 +28,19 @@ HEADER = {"luxloop_baseline": FORMAT, "sums": ["vehicle", *SUMS], "truth": [*TRU
 LARGEST = 1e12
 """Absolute value of any figure, in any unit."""
 REMEDY = "write the file again with luxloop baseline"
+
+
+class RunFacts(BaseModel):
+    """Values of a run in the file that are no sums, see `RunDigest`."""
+
+    scenario: str
+    seed: StrictInt
+    trace_hash: str
+    ended_early: str
+    device: str
+    sections: dict[str, str]
+    versions: dict[str, str]
+    expectations: dict[str, Expectation]
 
 
 def write(path: Path, runs: list[RunDigest]) -> None:
@@ -54,6 +69,7 @@ def read(path: Path) -> list[RunDigest]:
     OutputError
         The file is missing, damaged, or of another format version.
     """
+    require_plain(path)
     try:
         header, *documents = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     except OSError as error:
@@ -105,18 +121,22 @@ def _compact(value: float) -> float:
 
 
 def _run(document: dict[str, Any]) -> RunDigest:
+    try:
+        facts = RunFacts.model_validate(document)
+    except ValidationError as error:
+        (first, *_) = error.errors()
+        raise ValueError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
     sums = np.array(document["sums"], dtype=np.float64).reshape(-1, 1 + len(SUMS))
     matches = np.array(document["matches"], dtype=np.int64).reshape(-1, 2 + len(ALPHAS))
     truth = np.array(document["truth"], dtype=np.float64).reshape(len(sums), len(TRUTH))
-    expectations = {name: Expectation(**entry) for name, entry in document["expectations"].items()}
-    _require_plausible([sums, truth, *(entry.value or 0.0 for entry in expectations.values())])
+    _require_plausible([sums, truth, *(entry.value or 0.0 for entry in facts.expectations.values())])
     return RunDigest(
-        key=Key(document["scenario"], document["seed"]),
-        trace_hash=document["trace_hash"],
-        ended_early=document["ended_early"],
-        device=document["device"],
-        sections=document["sections"],
-        versions=document["versions"],
-        expectations=expectations,
+        key=Key(facts.scenario, facts.seed),
+        trace_hash=facts.trace_hash,
+        ended_early=facts.ended_early,
+        device=facts.device,
+        sections=facts.sections,
+        versions=facts.versions,
+        expectations=facts.expectations,
         vehicles=VehicleSums(sums[:, 0].astype(np.int64), sums[:, 1:], matches, truth),
     )

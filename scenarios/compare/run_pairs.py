@@ -195,6 +195,33 @@ def pair(base: Side, head: Side) -> Pairs:
     )
 
 
+def require_same_limits(base: Side, head: Side) -> None:
+    """Check that runs of the same scenario and seed were judged by the same limits, those of times (`perf.*`) apart.
+
+    Raises
+    ------
+    InputError
+        The limits of a run differ. A comparison with a looser limit would hide the failure that it was loosened for.
+    """
+    differ = {
+        key: names
+        for key in base.runs
+        if key in head.runs and (names := differing(_limits(base.runs[key]), _limits(head.runs[key])))
+    }
+    if differ:
+        key, (name, *_) = next(iter(differ.items()))
+        before, after = (_limits(side.runs[key]).get(name, "none") for side in (base, head))
+        raise InputError(
+            f"{base.path} and {head.path}: the limits of {listed(differ)} differ ({name}: {before} in BASE, {after} in "
+            "HEAD); run BASE again with the limits of HEAD, or, if they were changed on purpose, make the baseline "
+            f"anew: luxloop baseline {head.path} --out FILE"
+        )
+
+
+def _limits(run: RunDigest) -> dict[str, str]:
+    return {name: expectation.limit for name, expectation in run.expectations.items()}
+
+
 def _why_incomparable(base: RunDigest, head: RunDigest) -> str:
     """Return the reason why two runs cannot be compared, or an empty string."""
     differ = [key for key in differing(base.sections, head.sections) if key not in MAY_DIFFER]

@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 
 from luxloop.scenarios.arrays import Floats, Floats32
 from luxloop.scenarios.dataset.dataset_columns import OBSTACLES, Values
+from luxloop.scenarios.files.plain_file import read_parquet
 from luxloop.scenarios.grading.articulated import ARTICULATION
 from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.grading.plane_geometry import corner, into_frame, nearest_sign
@@ -265,7 +266,7 @@ def read(folder: Path) -> Obstacles:
     path = folder / FILE
     if not path.exists():
         return Obstacles.from_polygons([], [])
-    table = pq.read_table(path)
+    table = read_parquet(path)
     rows = {column.name: column.values(table[column.name].combine_chunks()) for column in OBSTACLES}
     obstacle = rows["obstacle"]
     if len(obstacle) and (obstacle[0] != 0 or not np.isin(np.diff(obstacle), (0, 1)).all()):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from luxloop.plugins import formats_that
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.files.format_option import format_named
+from luxloop.scenarios.files.plain_file import require_plain
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
@@ -94,6 +95,7 @@ def is_json(head: bytes) -> bool:
 
 
 def _head(path: Path) -> bytes:
+    require_plain(path)
     try:
         with path.open("rb") as stream:
             return stream.read(HEAD_BYTES)

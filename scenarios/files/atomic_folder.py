@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -107,8 +108,11 @@ def _remove_leftovers(out: Path) -> None:
     for path, purpose in owner_lock.abandoned(out, "partial", "earlier"):
         if purpose == "earlier" and not out.exists():
             path.rename(out)
+            done = "restored from"
         else:
             _remove(path)
+            done = "removed"
+        print(f"luxloop: {out}: {done} {path.name}, left by a command that was killed", file=sys.stderr)
 
 
 def _remove(folder: Path) -> None:

@@ -144,6 +144,8 @@ class Scenario(BaseModel):
     _path: Path = PrivateAttr()
     _document: dict[str, Any] = PrivateAttr()
     _settings: tuple[str, ...] = PrivateAttr(default=())
+    _written: dict[str, Any] | None = PrivateAttr(default=None)
+    """Content of the file at `_path`, None for a scenario that was not read from one."""
 
     @field_validator("control")
     @classmethod
@@ -179,7 +181,7 @@ class Scenario(BaseModel):
         written, own = toml_file.read(path), {"seed": DEFAULT_SEED}
         changed = set_keys(written, settings) | dict(overrides or {})
         scenario = cls._validated(changed, path)
-        scenario._settings = tuple(settings)
+        scenario._settings, scenario._written = tuple(settings), written
         return scenario if own | changed == own | written else scenario._without_figures()
 
     @classmethod
@@ -200,8 +202,19 @@ class Scenario(BaseModel):
         changed, own = set_keys(self._document, settings) | dict(overrides), {"seed": DEFAULT_SEED}
         same = own | changed == own | self._document
         scenario = self.model_copy() if same else self.of(changed, self._path)
-        scenario._settings = (*self._settings, *settings)
+        scenario._settings, scenario._written = (*self._settings, *settings), self._written
         return scenario
+
+    def require_unchanged(self) -> None:
+        """Check that the file still has the content that was read, with its limits.
+
+        Raises
+        ------
+        ScenarioError
+            It was changed or removed meanwhile.
+        """
+        if self._written is not None and toml_file.read(self._path) != self._written:
+            raise ScenarioError(f"{self._path}: was changed after it was read; run it again")
 
     @classmethod
     def parse(cls, document: dict[str, Any]) -> Self:

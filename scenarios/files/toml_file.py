@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.files.plain_file import require_plain
 
 _DEEP = re.compile(r"(?<![\w-])(?:[\w-]++\s*+\.\s*+){64}")
 """A dotted key of more than 64 parts; tomllib takes minutes to parse one of thousands."""
@@ -19,6 +20,7 @@ def read(path: Path) -> dict[str, Any]:
     ScenarioError
         The file does not exist, or is not TOML.
     """
+    require_plain(path)
     try:
         text = path.read_text(encoding="utf-8-sig")  # some editors write a byte order mark
         if _DEEP.search(text):

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from luxloop.scenarios.arrays import Floats, Floats32
 from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values
 from luxloop.scenarios.dataset.dataset_rows import records_of
 from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files.plain_file import open_parquet, read_parquet
 from luxloop.scenarios.run import run_folder
 from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
 from luxloop.sim.world import Obstacles, WorldFrame
@@ -58,7 +58,7 @@ class RecordedScans:
         if not self._folder.is_dir():
             raise OutputError(f"{run}: has no recorded scans; {REMEDY}")
         with readable(self._folder, REMEDY):
-            scans = pq.read_table(self._folder / "scans.parquet", columns=["frame", "time_s"])
+            scans = read_parquet(self._folder / "scans.parquet", ["frame", "time_s"])
             self.time_s: Floats = scans["time_s"].cast(pa.float64()).to_numpy()
             """(F,) times of the frames [s]."""
             require_numbers({"time_s": self.time_s})
@@ -97,17 +97,25 @@ class FrameRows:
     def __init__(self, path: Path, columns: tuple[Column, ...]) -> None:
         self._batches = (
             {column.name: column.values(batch[column.name]) for column in columns}
-            for batch in pq.ParquetFile(path).iter_batches(ROWS_AT_ONCE, columns=[column.name for column in columns])
+            for batch in open_parquet(path).iter_batches(ROWS_AT_ONCE, columns=[column.name for column in columns])
         )
         self._waiting: Values = {column.name: column.values(pa.array([], column.type)) for column in columns}
 
     def of(self, frame: int) -> Values:
-        """Return the rows of a frame; frames must be requested in order."""
+        """Return the rows of a frame; frames must be requested in order.
+
+        Raises
+        ------
+        ValueError
+            The rows of the file are not in the order of frames.
+        """
         while not len(self._waiting["frame"]) or self._waiting["frame"][-1] <= frame:
             batch = next(self._batches, None)
             if batch is None:
                 break
             self._waiting = {name: np.concatenate([values, batch[name]]) for name, values in self._waiting.items()}
+            if np.any(np.diff(self._waiting["frame"]) < 0):
+                raise ValueError("the rows should be in the order of column frame")
         end = int(np.searchsorted(self._waiting["frame"], frame, side="right"))
         rows = {name: values[:end] for name, values in self._waiting.items()}
         self._waiting = {name: values[end:] for name, values in self._waiting.items()}

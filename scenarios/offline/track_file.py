@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-import pyarrow.parquet as pq
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.dataset.dataset_columns import Column
 from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.files.plain_file import read_parquet, require_plain
 from luxloop.scenarios.grading.frame_tables import LABELS
 from luxloop.sim import csv_rows
 from luxloop.tracker.records import Status, Tracks
@@ -93,7 +93,8 @@ def read_table(path: Path, *, parquet: bool) -> pd.DataFrame:
     """
     try:
         if parquet:
-            return pq.read_table(path).to_pandas()
+            return read_parquet(path).to_pandas()
+        require_plain(path)
         table = pd.read_csv(path, dtype=str, skipinitialspace=True, keep_default_na=False, na_values=[""])
     except (ValueError, OSError) as error:  # not Parquet, not UTF-8 and not rectangular are ValueErrors
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())

@@ -162,17 +162,21 @@ class EgoScans:
         length, factor = self._options.scale_length, self._options.scale_time
         sweeps = [sweep for _, sweep, _ in parts]
         width = [_or_zero(sweep.echo_pulse_width, sweep) * length for sweep in sweeps]
-        return Scan.from_points(
-            time,
-            length * np.concatenate([points for points, _, _ in parts]),
-            pose,
-            time_offset=factor * np.concatenate([sweep.time - middle + sweep.time_offset for sweep in sweeps]),
-            unit=np.concatenate([np.full(len(sweep), sweep.unit) for sweep in sweeps]),
-            layer=np.concatenate([layer for _, _, layer in parts]),
-            echo=np.concatenate([_or_zero(sweep.echo, sweep) for sweep in sweeps]),
-            echo_pulse_width=np.concatenate(width),
-            flags=np.concatenate([_or_zero(sweep.flags, sweep) for sweep in sweeps]),
-        )
+        try:
+            with np.errstate(over="ignore"):  # `RecordingWriter.add` refuses them
+                return Scan.from_points(
+                    time,
+                    length * np.concatenate([points for points, _, _ in parts]),
+                    pose,
+                    time_offset=factor * np.concatenate([sweep.time - middle + sweep.time_offset for sweep in sweeps]),
+                    unit=np.concatenate([np.full(len(sweep), sweep.unit) for sweep in sweeps]),
+                    layer=np.concatenate([layer for _, _, layer in parts]),
+                    echo=np.concatenate([_or_zero(sweep.echo, sweep) for sweep in sweeps]),
+                    echo_pulse_width=np.concatenate(width),
+                    flags=np.concatenate([_or_zero(sweep.flags, sweep) for sweep in sweeps]),
+                )
+        except ValueError as error:
+            raise InputError(f"the sweep at {middle:.3f} s: {error}; the recording is damaged") from error
 
 
 def _or_zero(values: npt.NDArray[Any] | None, sweep: Sweep) -> npt.NDArray[Any]:

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.errors import InputError
 
 GAP_S = 0.5
 """[s] Longest interval between two poses that is interpolated. Motion capture loses hidden bodies for longer."""
 WINDOW_S = 0.3
 """[s] Half width of the window of the derivatives: a jerk of 2 m/s^3, hard braking, changes the acceleration at its
 edge by 0.6 m/s^2, the limit of `luxloop.sim.modes`, and at 40 poses per second 5 mm of noise leave 0.006 m/s."""
+LARGEST_ROW = np.array([1e11, 1e7, 1e7, 1e7])
+"""Absolute values of time [s], x, y [m] and yaw [rad], as of recorded scans."""
 LEAST_POSES = 4
 """A parabola through fewer poses has no residual."""
 
@@ -42,6 +45,11 @@ class PoseTrack:
         and after their times [s].
     window_s
         Half width of the window of the derivatives [s].
+
+    Raises
+    ------
+    InputError
+        A number is beyond `LARGEST_ROW`.
     """
 
     def __init__(
@@ -49,6 +57,8 @@ class PoseTrack:
     ) -> None:
         self._gap_s, self._hold_s, self._window_s = gap_s, hold_s, window_s
         kept = rows[np.isfinite(rows).all(axis=1)]
+        if (np.abs(kept) > LARGEST_ROW).any():
+            raise InputError("a pose of a body has a number that none has; the recording is damaged")
         _, first = np.unique(kept[:, 0], return_index=True)
         kept = kept[first]
         self._time: Floats = kept[:, 0]

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.dataset.dataset_columns import Values
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files.plain_file import read_parquet
 from luxloop.scenarios.grading.plane_geometry import turned
 from luxloop.scenarios.offline.recorded_scans import FrameRows, readable, require_distinct, require_numbers
 from luxloop.scenarios.recordings.import_options import EGO_SIZE_M
@@ -176,7 +176,7 @@ class Recording:
             require_summary(self.summary)
             origins = [mount["origin_ego_m"] for mount in self.summary["mounts"]]
             self._units: Floats = np.reshape(np.array(origins, dtype=np.float64), (-1, 3))[:, :2]
-            scans = pq.read_table(folder / "scans.parquet")
+            scans = read_parquet(folder / "scans.parquet")
             columns = {name: scans[name].cast(pa.float64()).to_numpy() for name in NUMBERS}
             require_numbers(columns)
             self.time_s: Floats = columns.pop("time_s")
@@ -231,7 +231,10 @@ class Recording:
                 rows = {name: table.of(frame) for name, table in tables.items()}
                 for values in rows.values():
                     require_numbers(values)
-                require_distinct(rows.get("labels", empty))
+                labels = rows.get("labels", empty)
+                require_distinct(labels)
+                order = np.argsort(labels["actor_id"], kind="stable")  # other programs may write them in any order
+                labels = {name: values[order] for name, values in labels.items()}
             points = rows["points"]
             yield (
                 Scan(
@@ -246,7 +249,7 @@ class Recording:
                     flags=points["flags"],
                     unit_positions_ego=self._units,
                 ),
-                rows.get("labels", empty),
+                labels,
             )
 
     def _ego_motion(self) -> tuple[Floats, Floats]:

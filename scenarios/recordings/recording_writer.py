@@ -17,8 +17,9 @@ import numpy as np
 from luxloop.scenarios.dataset import dataset_columns
 from luxloop.scenarios.dataset.dataset_columns import Column, Values, column_tables
 from luxloop.scenarios.dataset.writer import close_tables, open_tables
-from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.errors import InputError, OutputError
 from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.offline.recorded_scans import require_numbers
 from luxloop.tracker.scan import Scan
 
 SCAN_NAMES = ("frame", "time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad", "points")
@@ -90,11 +91,18 @@ class RecordingWriter:
         self.frames = 0
 
     def add(self, scan: Scan) -> None:
-        """Add the next scan."""
+        """Add the next scan.
+
+        Raises
+        ------
+        InputError
+            A number of it is not finite or not plausible.
+        """
         pose = dict(zip(("odom_x_m", "odom_y_m", "odom_yaw_rad"), scan.ego_pose_odom, strict=True))
         row = {"frame": self.frames, "time_s": scan.time, **pose, "points": len(scan)}
-        self._tables["scans"].add({name: np.array([value]) for name, value in row.items()})
-        self._tables["points"].add(
+        self._add("scans", {name: np.array([value]) for name, value in row.items()})
+        self._add(
+            "points",
             {
                 "frame": np.full(len(scan), self.frames),
                 **dict(zip(("x_ego_m", "y_ego_m", "z_ego_m"), scan.points_ego.T, strict=True)),
@@ -104,13 +112,21 @@ class RecordingWriter:
                 "echo": scan.echo,
                 "echo_pulse_width_m": scan.echo_pulse_width,
                 "flags": scan.flags,
-            }
+            },
         )
         self.frames += 1
 
     def label(self, labels: Values) -> None:
-        """Add the labels of the vehicles of the next scan without labels (`RecordedLabels.rows`)."""
-        self._tables["labels"].add(labels)
+        """Add the labels of the vehicles of the next scan without labels (`RecordedLabels.rows`); errors as `add`."""
+        self._add("labels", labels)
+
+    def _add(self, file: str, values: Values) -> None:
+        """Add rows by the rule of the reader, so that nothing is imported that `luxloop track` would refuse."""
+        try:
+            require_numbers(values)
+        except ValueError as error:
+            raise InputError(f"scan {self.frames}: {file}.parquet, {error}; the recording is damaged") from error
+        self._tables[file].add(values)
 
     def finish(self, summary: dict[str, Any], text: str) -> None:
         """Write the remaining frames, the summary, and the README with a `text` on the origin."""

@@ -66,7 +66,8 @@ def run(
     Raises
     ------
     ScenarioError
-        The scenario names a file or object that does not exist, or a value out of range.
+        The scenario names a file or object that does not exist, or a value out of range; or its file, its rig or a
+        package was changed during the run, so that the result would not say what it rests on.
     SimulatorFailedError, TrafficEndedError
         The traffic failed or ended before the first frame. If it does later, the result is incomplete.
     MetricError
@@ -75,7 +76,7 @@ def run(
         The tracker failed, took too long, or returned invalid tracks.
     """
     own_metrics.load(scenario.metric)  # a function that is not there is reported before the run
-    rig = _rig(scenario)
+    rig, used = _rig(scenario), versions.installed()
     stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
     end: TrafficError | None = None
     ahead = ahead and not scenario.control
@@ -127,6 +128,7 @@ def run(
     drives, end_by_truth = _drives(scenario, rig, driver, frames)
     control_metrics, control_tables = ego_driver.grade(drives)
     end = end or end_by_truth
+    _require_unchanged(scenario, rig)
     return Result(
         scenario=scenario.name,
         seed=scenario.seed,
@@ -137,7 +139,7 @@ def run(
         metrics=(metrics | {**control_metrics, **stopwatch.metrics(frames, source.dt), **own}).asked(scenario.expect),
         tables={**tables, **control_tables},
         config=_effective_config(scenario, rig, make_device, source.ego_name),
-        versions=versions.installed(),
+        versions=used,
         warnings=source.warnings,
     )
 
@@ -149,6 +151,14 @@ def _rig(scenario: Scenario) -> Rig:
     except RigError as error:
         key = "file" if scenario.rig.name is None else "name"
         raise ScenarioError(f'{scenario.path}: rig.{key} = "{scenario.rig}": {error}') from error
+
+
+def _require_unchanged(scenario: Scenario, rig: Rig) -> None:
+    """Check that scenario, limits, rig and versions are those that were read before the tracker started."""
+    scenario.require_unchanged()
+    if _rig(scenario) != rig:
+        raise ScenarioError(f"{scenario.path}: its rig {scenario.rig} was changed during the run; run it again")
+    versions.require_unchanged()
 
 
 def _traffic(scenario: Scenario, rig: Rig, apart: bool = True) -> TrafficSource:

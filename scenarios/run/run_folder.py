@@ -21,8 +21,9 @@ from luxloop.scenarios.dataset import writer as dataset
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, verdict
+from luxloop.scenarios.files.plain_file import read_parquet
 from luxloop.scenarios.grading.figures import Figures
-from luxloop.scenarios.grading.frame_tables import SCHEMAS, with_added
+from luxloop.scenarios.grading.frame_tables import ADDED, SCHEMAS, with_added
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.metrics import of_files, of_recordings
@@ -199,7 +200,7 @@ def _read_metric(document: dict[str, Any]) -> Metric:
 
 
 def _read_table(path: Path) -> pd.DataFrame:
-    table = pd.read_parquet(path, partitioning=None)  # a folder NAME=VALUE is the run of a set key
+    table = read_parquet(path).to_pandas()
     require_table(path.stem, table)
     return table
 
@@ -227,9 +228,12 @@ def require_table(name: str, table: pd.DataFrame) -> None:
     Raises
     ------
     ValueError
-        A column has another type, or a number that no run has.
+        A column is missing or has another type, or a number that no run has.
     """
     schema = SCHEMAS.get(name, {})
+    known = {"frame", *schema} if schema else set()
+    if missing := sorted(known - set(table.columns) - set(ADDED.get(name, ()))):
+        raise ValueError(f"column {missing[0]} of {name} is missing")
     if not table.columns.is_unique:
         raise ValueError(f"a column of {name} occurs twice")
     for column in map(str, table.columns):

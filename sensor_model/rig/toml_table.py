@@ -20,6 +20,8 @@ class RigError(Error):
 
 def read_table(path: Path) -> "Table":
     """Read a TOML file; raise RigError if that fails."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise RigError(f"{path}: is a device or a pipe; give a file")  # it may be read for ever
     try:
         return Table(path, tomllib.loads(path.read_text(encoding="utf-8")))
     except (ValueError, OSError) as error:  # a ValueError also for a number of more than 4300 digits

@@ -20,6 +20,8 @@ _AT_MOST = {
     "echoes_max": 255,
 }  # fmt: skip
 """Upper limits: an echo's number is a byte; the others are far beyond any LIDAR."""
+_LEAST_STEP_DEG = 0.001
+"""[deg] Lower limit, which keeps the number of beams countable; fine LIDARs have 0.05."""
 _LEAST_REFERENCE_M = 0.001
 """[m] Lower limit, which keeps the threshold finite."""
 
@@ -50,8 +52,8 @@ class Fan:
             raise ValueError("layers = []: name at least one layer")
         if len(set(self.layers)) < len(self.layers):
             raise ValueError(f"layers = {list(self.layers)}: name each layer once")
-        if self.step_deg <= 0.0:
-            raise ValueError(f"step_deg = {self.step_deg}: must be positive")
+        if self.step_deg < _LEAST_STEP_DEG:
+            raise ValueError(f"step_deg = {self.step_deg}: must be at least {_LEAST_STEP_DEG}")
         if self.stop_deg > self.start_deg:
             raise ValueError(f"stop_deg = {self.stop_deg}: must not exceed start_deg; the sweep runs to the right")
         for key, azimuth in (("start_deg", self.start_deg), ("stop_deg", self.stop_deg)):

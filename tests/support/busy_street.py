@@ -1,10 +1,8 @@
 """Short scene in which every stage of the tracker makes errors, and the attribution of these errors."""
 
-import tempfile
+import tomllib
 from functools import cache
 from pathlib import Path
-
-from support import short_run
 
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.oracle import stage_blame
@@ -65,8 +63,7 @@ APART = TEXT.replace("x_m = 17.2\n", "x_m = 24\n").replace("[noise.outliers]\nen
 
 def scenario(text: str = TEXT) -> Scenario:
     """Return the scenario of a text, by default of the street."""
-    with tempfile.TemporaryDirectory() as folder:
-        return Scenario.load(short_run.write(Path(folder), text, "busy"))
+    return Scenario.of(tomllib.loads(text), Path("busy.toml"))
 
 
 @cache

@@ -16,11 +16,12 @@ import betterosi as osi
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats, Ints
-from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.errors import InputError, TracksError
 from luxloop.scenarios.exchange.box_table import BoxTable, checked
 from luxloop.scenarios.exchange.file_formats import Role
 from luxloop.scenarios.exchange.osi.osi_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH, kind_name, points, time_of
 from luxloop.scenarios.grading.plane_geometry import into_frame, out_of_frame, turned
+from luxloop.scenarios.offline.mcap.chunks import require_chunks
 
 
 def timed(path: Path, messages: Iterable[Any]) -> Iterator[tuple[float, Any]]:
@@ -151,10 +152,11 @@ def read(path: Path, role: Role) -> list[BoxTable]:
         The file cannot be read, has no messages of the role, or a box is invalid.
     """
     try:
+        require_chunks(path)
         own = any(record["data"].get("data_sources", "").startswith(SOURCE) for record in osi.read_file_metadata(path))
         found = _truth(path, own) if role == "truth" else _tracks(path, own)
         frames = _frame_times(path) if own else None
-    except (TracksError, MemoryError):
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # parsers of damaged files raise the errors of their libraries, such as struct.error
         reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.errors import TracksError
+from luxloop.scenarios.errors import InputError, TracksError
 from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.offline.mcap.chunks import require_chunks
 from luxloop.scenarios.offline.mcap.objects import HEADING, LABELS, WORLD
 
 NANOSECOND_S = 1e-9
@@ -100,8 +101,9 @@ def _read(path: Path, content: Callable[[Any], Any]) -> Any:
 
     try:  # the decoder prints about invalid definitions
         with path.open("rb") as stream, redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+            require_chunks(path)
             return content(make_reader(stream, decoder_factories=[DecoderFactory()]))
-    except (TracksError, MemoryError):
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # parsers of damaged files raise the errors of their libraries, such as struct.error
         reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__

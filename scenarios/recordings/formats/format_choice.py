@@ -9,6 +9,7 @@ from typing import Protocol
 from luxloop.plugins import formats_that
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files.format_option import format_named
+from luxloop.scenarios.files.plain_file import require_plain
 from luxloop.scenarios.recordings.sweep import RecordingSource
 
 
@@ -95,8 +96,12 @@ def readable(path: Path, what: str) -> Iterator[None]:
     """
     try:
         yield
-    except (InputError, MemoryError):
+    except MemoryError:
         raise
+    except InputError as error:
+        if str(path) in str(error):
+            raise
+        raise type(error)(f"{path}: {error}") from error
     except Exception as error:
         reason = " ".join(str(error).split()).removeprefix(f"{path}: ") or type(error).__name__
         raise InputError(
@@ -105,10 +110,11 @@ def readable(path: Path, what: str) -> Iterator[None]:
 
 
 def require_bytes(paths: list[Path]) -> None:
-    """Raise an InputError for a path that does not exist, and for an empty file."""
+    """Raise an InputError for a path that does not exist, and for an empty file, a device or a pipe."""
     for path in paths:
         if not path.exists():
             raise InputError(f"{path}: no such file; give the path of a recording")
+        require_plain(path)
         if path.is_file() and path.stat().st_size == 0:
             raise InputError(f"{path}: is empty; give a complete recording")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exchange.file_formats import Role
+from luxloop.scenarios.offline.mcap.chunks import require_chunks
 from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.formats.ros_topics import NANOSECONDS, RosTopics
 
@@ -61,6 +62,7 @@ def _summary(path: Path) -> Any:
         summary = make_reader(file, validate_crcs=True).get_summary()
         if summary is None:
             raise InputError(f"{path}: has no summary at its end; make one with `mcap recover`")
+        require_chunks(path)
     return summary
 
 

@@ -4,6 +4,7 @@ ouster-sdk 1.0.1 pins versions of other packages that exclude those of rerun-sdk
 docs/recordings.md explains its installation.
 """
 
+import json
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files.plain_file import require_plain
 from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 
@@ -31,6 +33,10 @@ NANOSECONDS = 1e-9
 MAGIC = {b"\xd4\xc3\xb2\xa1": "<", b"\x4d\x3c\xb2\xa1": "<", b"\xa1\xb2\xc3\xd4": ">", b"\xa1\xb2\x3c\x4d": ">"}
 """Byte order by the first bytes of a classic PCAP file, with times in microseconds or nanoseconds."""
 FILE_HEADER, PACKET_HEADER = 24, 16
+FORMAT_TABLES = ("data_format", "lidar_data_format")
+"""Tables of the metadata with the layout of packets; old firmware has it at the top."""
+FORMAT_KEYS = ("columns_per_packet", "columns_per_frame", "pixels_per_column")
+MOST_COLUMNS = 65_536
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +85,20 @@ def open_recording(paths: list[Path], options: "ReadOptions") -> OusterCapture:
     path, described = paths[0], options.metadata or paths[0].with_suffix(".json")
     if not described.is_file():
         raise InputError(f"{described}: no such file; give the metadata of the sensor with --metadata")
+    require_columns(described)
     _require_whole(path)
     return OusterCapture(path, described)
+
+
+def require_columns(metadata: Path) -> None:
+    """Raise an InputError for packets without columns, by whose number the library divides: it ends the process."""
+    require_plain(metadata)
+    with readable(metadata, "metadata of an Ouster sensor"):
+        content = json.loads(metadata.read_text(encoding="utf-8"))
+        for table in (content, *(content[key] for key in FORMAT_TABLES if key in content)):
+            for key in FORMAT_KEYS:
+                if key in table and not (isinstance(table[key], int) and 0 < table[key] <= MOST_COLUMNS):
+                    raise InputError(f"{metadata}: {key} = {table[key]}: should be 1 to {MOST_COLUMNS}")
 
 
 def _require_whole(path: Path) -> None:

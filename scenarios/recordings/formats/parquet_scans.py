@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exchange import file_formats
+from luxloop.scenarios.files.plain_file import read_parquet
 from luxloop.scenarios.offline.recorded_scans import require_numbers
 from luxloop.scenarios.recordings.ego_mount import EgoMount
 from luxloop.scenarios.recordings.formats.format_choice import readable
@@ -41,9 +41,9 @@ def open_recording(paths: list[Path]) -> DataSet:
     if not beside.is_file():
         raise InputError(f"{path}: no {SCANS} beside it; write one with the columns frame, {', '.join(POSE)}")
     with readable(beside, WHAT):
-        scans = _columns(pq.read_table(beside), ("frame", *POSE))
+        scans = _columns(read_parquet(beside), ("frame", *POSE))
     with readable(path, WHAT):
-        table = pq.read_table(path)
+        table = read_parquet(path)
         points = _columns(table, ("frame", *POSITION, *(name for name in OPTIONAL if name in table.column_names)))
     order = np.argsort(points["frame"], kind="stable")
     points = {name: values[order] for name, values in points.items()}

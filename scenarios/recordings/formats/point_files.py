@@ -37,15 +37,19 @@ def sweep_of_table(table: npt.NDArray[np.void], time: float, unit: int) -> Sweep
     Raises
     ------
     InputError
-        A coordinate is missing.
+        A coordinate is missing, or a point has several values of a field.
     """
     names = table.dtype.names or ()
     if missing := [name for name in "xyz" if name not in names]:
         raise InputError(f"points have no field {missing[0]}; they have {', '.join(names) or 'none'}")
-    points = np.column_stack([table[name].astype(np.float64) for name in "xyz"])
+    ringed, timed = (next((name for name in known if name in names), None) for known in (RING_NAMES, TIME_NAMES))
+    for name in filter(None, (*"xyz", ringed, timed)):
+        if table[name].ndim > 1:
+            raise InputError(f"points have {table[name].shape[1]} values of field {name}; write one")
+    with np.errstate(invalid="ignore"):  # damaged bytes may be signalling NaNs, and rings that are no numbers
+        points = np.column_stack([table[name].astype(np.float64) for name in "xyz"])
+        ring = table[ringed].astype(np.int64) if ringed else None
     kept = np.isfinite(points).all(axis=1) & (points != 0.0).any(axis=1)
-    ring = next((table[name].astype(np.int64) for name in RING_NAMES if name in names), None)
-    timed = next((name for name in TIME_NAMES if name in names), None)
     offset = _time_offset(timed, table[timed], time) if timed else np.zeros(len(points))
     return Sweep(time, unit, points, offset, ring).subset(kept & np.isfinite(offset))
 

@@ -3,12 +3,14 @@
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.formats.point_files import sweep_of_table
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 
@@ -75,6 +77,8 @@ def _laser(message: Any, time: float, unit: int) -> Sweep:
     with np.errstate(invalid="ignore"):  # damaged bytes may be signalling NaNs
         ranges = np.asarray(message.ranges, dtype=np.float64)
     index = np.flatnonzero(np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= message.range_max))
+    if not np.isfinite([message.angle_min, message.angle_increment, message.time_increment]).all():
+        raise InputError("a LaserScan has angles or times that are no numbers; the recording is damaged")
     angle = message.angle_min + index * message.angle_increment
     points = np.column_stack([ranges[index] * np.cos(angle), ranges[index] * np.sin(angle), np.zeros(len(index))])
     return Sweep(time, unit, points, index.astype(np.float64) * float(message.time_increment))
@@ -93,6 +97,8 @@ def _table(message: Any) -> npt.NDArray[np.void]:
         }
     )
     data = np.frombuffer(bytes(message.data), dtype=np.uint8)
+    if not message.width * message.height and not len(data):
+        return np.zeros(0, layout)  # a driver that lost its sensor writes clouds of height 0
     if len(data) != message.row_step * message.height or message.row_step < message.width * message.point_step:
         raise InputError(
             f"a PointCloud2 of {message.width} x {message.height} points holds {len(data)} bytes in rows of "
@@ -175,7 +181,9 @@ class RosTopics:
     def sweeps(self) -> Iterator[Sweep]:
         """Yield the sweeps of all topics in the order of the recording."""
         for topic, logged_s, message in self.messages(self.topics):
-            sweep = sweep_of(self.types[topic], message, logged_s, self.topics.index(topic))
+            kind = self.types[topic]
+            with readable(Path(self.name), f"{kind} on {topic}"):
+                sweep = sweep_of(kind, message, logged_s, self.topics.index(topic))
             yield replace(sweep, time=logged_s) if self.by_log else sweep
 
     def poses(self, name: str) -> PoseList:
@@ -196,7 +204,9 @@ class RosTopics:
             raise InputError(f"{self.name}: {topic}: holds transforms; name one as {topic}:PARENT:CHILD")
         found = PoseList()
         for _, logged_s, message in self.messages([topic]):
-            for frame, body, row in pose_rows(kind, message, logged_s):
+            with readable(Path(self.name), f"{kind} on {topic}"):
+                rows = list(pose_rows(kind, message, logged_s))
+            for frame, body, row in rows:
                 if not child or (frame, body) == (parent.lstrip("/"), child.lstrip("/")):
                     found.frame = frame
                     found.rows.append((logged_s, *row[1:]) if self.by_log else row)

@@ -20,8 +20,6 @@ from luxloop.scenarios.files.expect import Limit, check
 from luxloop.scenarios.result import Metric
 from luxloop.scenarios.run import run_folder
 
-DEMANDING = {"track.hota": {"max": 0.0}}
-
 
 def write(folder, result=None, **changes):
     """Write the short run into a folder, with changed fields."""
@@ -114,6 +112,8 @@ def test_damaged_run_gives_one_line(tmp_path, capsys, damage, message):
         (json.dumps(baseline_file.HEADER) + '\n{"scenario": "ring"}\n', "line 2 is not a run"),
         (json.dumps(baseline_file.HEADER) + "\n[1, 2]\n", "line 2 is not a run"),
         ("", "not a baseline file"),
+        (json.dumps(baseline_file.HEADER) + '\n{"scenario": ["ring"], "seed": 1}\n', "line 2 is not a run"),
+        (json.dumps(baseline_file.HEADER) + '\n{"scenario": "ring", "seed": "1"}\n', "line 2 is not a run"),
     ],
 )
 def test_invalid_baseline_file_gives_one_line(tmp_path, capsys, text, message):
@@ -174,14 +174,39 @@ def test_comparison_without_pairs_is_bad_input(tmp_path, capsys):
 
 
 def test_prose_may_change_and_changes_under_test_are_noted(tmp_path):
-    base = write(tmp_path / "base", config=config(description="x", reason="y"))
-    changes = {"device": "mine:Tracker", "expect": DEMANDING, "reason": "z"}
+    limits = {"track.hota": {"max": 0.0}}
+    base = write(tmp_path / "base", config=config(description="x", reason="y", expect=limits))
+    changes = {"device": "mine:Tracker", "expect": {"track.hota": {"max": 0.0, "need": "prose"}}, "reason": "z"}
     head = write(tmp_path / "head", config=config(**changes), versions={**short_run.result().versions, "numba": "0"})
     notes = "\n".join(pairs_of(base, head).notes)
     assert "The device under test differs in short seed 4" in notes
     assert "The [expect] table differs in short seed 4" in notes
     assert "tracker] table" not in notes
     assert "numba is" in notes
+
+
+@pytest.mark.parametrize("looser", [{"track.hota": {"max": 1.0}}, {}])
+def test_changed_limits_are_refused_until_the_baseline_is_made_anew(tmp_path, capsys, looser):
+    strict = {"track.hota": {"max": 0.0}}
+    run = write(tmp_path / "base" / "short", config=config(expect=strict)).parent
+    for seed in (4, 5):
+        head = write(tmp_path / "head" / str(seed), config=config(expect=looser), seed=seed).parent
+    baseline = tmp_path / "baseline.jsonl"
+    run_command(capsys, "baseline", run, "--out", baseline)
+    for base in (run, baseline):
+        code, out, err = run_command(capsys, "compare", base, head)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        now = "<= 1" if looser else "none"
+        assert f"the limits of short seed 4 differ (track.hota: <= 0 in BASE, {now} in HEAD); run BASE again" in err
+        assert f"luxloop baseline {head} --out FILE" in err
+    run_command(capsys, "baseline", head, "--out", baseline)
+    assert run_command(capsys, "compare", baseline, head)[0] == 0
+
+
+def test_limits_of_times_may_differ(tmp_path, capsys):
+    base = write(tmp_path / "base", config=config(expect={"perf.tracker_ms_p50": {"max": 40.0}}))
+    head = write(tmp_path / "head", config=config(expect={"perf.tracker_ms_p50": {"max": 60.0}}))
+    assert run_command(capsys, "compare", base, head)[0] == 0
 
 
 def test_incomplete_run_is_not_compared_and_newly_incomplete_run_fails(tmp_path, capsys):

@@ -1,5 +1,6 @@
 """Damaged, empty and wrong files: one line on standard error, exit code 2, and no folder."""
 
+import json
 import struct
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from support import recorded_drive as drive
 from support.optional import need
 
 from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.ouster_capture import require_columns
 
 MOUNT = ("--mount", "0,0,1")
 
@@ -112,6 +115,15 @@ def test_missing_files_and_wrong_options_name_the_remedy(tmp_path, capsys):
     assert "--scale-length -1" in refused(capsys, out, path, *MOUNT, "--scale-length=-1")
     assert "--format laz" in refused(capsys, out, path, *MOUNT, "--format", "laz")
     assert "no sweep can be used" in refused(capsys, out, path, *MOUNT, "--keep-heights", "5,6")
+
+
+@pytest.mark.parametrize("key", ["columns_per_packet", "columns_per_frame", "pixels_per_column"])
+def test_packets_without_columns_are_refused_before_the_library_divides_by_them(key, tmp_path):
+    """ouster-sdk 1.0.1 ends the process by SIGFPE."""
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps({"lidar_data_format": {key: 0}}))
+    with pytest.raises(InputError, match=rf"a\.json: {key} = 0: should be 1 to 65536"):
+        require_columns(path)
 
 
 def test_another_folder_is_not_replaced(tmp_path, capsys):

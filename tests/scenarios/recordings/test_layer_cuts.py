@@ -35,6 +35,14 @@ def test_rings_without_a_cut_are_numbered_from_below():
     assert (layer == 7 - whole.ring).all()
 
 
+def test_rings_in_any_order_of_the_device_are_numbered_from_below():
+    """Three rings in a cycle: the order of the elevations is not its own inverse."""
+    elevation = np.deg2rad([1.0, 3.0, -1.0])
+    points = np.column_stack([np.full(3, 10.0), np.zeros(3), 10.0 * np.tan(elevation)])
+    cycle = Sweep(0.0, 0, points, np.zeros(3), np.arange(3))
+    assert Rings.of(cycle).layers(cycle).tolist() == [1, 2, 0]
+
+
 def test_a_ring_keeps_its_layer_in_a_sweep_that_lacks_others():
     whole = sweep()
     part = whole.subset(whole.ring >= 3)

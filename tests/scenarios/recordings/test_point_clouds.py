@@ -1,12 +1,14 @@
 """PointCloud2 messages of common drivers, packed by hand."""
 
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.recordings.formats.ros_topics import CLOUD, RosTopics, sweep_of
+from luxloop.scenarios.recordings.formats.point_files import sweep_of_table
+from luxloop.scenarios.recordings.formats.ros_topics import CLOUD, LASER, ODOMETRY, RosTopics, sweep_of
 
 CODES = {"<f4": 7, "<f8": 8, "<u2": 4, "<u4": 6, "u1": 2}
 
@@ -121,3 +123,63 @@ def test_a_cloud_that_contradicts_itself_is_an_error():
         sweep_of(CLOUD, message, 0.0, 0)
     with pytest.raises(InputError, match="no field z"):
         sweep_of(CLOUD, cloud([(1, 2)], ["x", "y"], ["<f4"] * 2), 0.0, 0)
+
+
+# --- messages that contradict themselves: one line that names file and topic, as of every damaged message
+
+
+def of_message(kind, message):
+    return RosTopics("drive.bag", {"/p": kind}, {"/p": 1}, ["/p"], lambda _: [("/p", 1.0, message)], by_log=False)
+
+
+def with_fields(*fields):
+    message = cloud([(1, 2, 3), (4, 5, 6)], ["x", "y", "z"], ["<f4"] * 3)
+    message.fields = [SimpleNamespace(name=name, datatype=7, offset=offset, count=1) for name, offset in fields]
+    return message
+
+
+LASER_SCAN = SimpleNamespace(
+    header=cloud([(1, 2, 3)], ["x", "y", "z"], ["<f4"] * 3).header, ranges=[1.0, 2.0], range_min=0.0, range_max=9.0,
+    angle_min=np.inf, angle_increment=0.1, time_increment=0.0,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        (CLOUD, with_fields(("x", 0), ("y", 4), ("z", 10))),
+        (CLOUD, with_fields(("x", 0), ("y", 4), ("z", 8), ("x", 0))),
+        (CLOUD, SimpleNamespace(height=1, width=1)),
+        (LASER, LASER_SCAN),
+    ],
+    ids=["field beyond the step", "field twice", "no header", "infinite angle"],
+)
+def test_a_message_that_is_no_sweep_is_one_line_without_warnings(kind, message):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match=r"^drive\.bag: "):
+            list(of_message(kind, message).sweeps())
+
+
+def test_a_pose_without_a_header_is_one_line():
+    with pytest.raises(InputError, match=r"^drive\.bag: not readable as nav_msgs/Odometry on /p"):
+        of_message(ODOMETRY, SimpleNamespace(pose=None)).poses("/p")
+
+
+def test_an_empty_cloud_of_height_0_is_a_sweep_without_points():
+    message = cloud([], ["x", "y", "z"], ["<f4"] * 3)
+    message.height = 0
+    assert [len(sweep) for sweep in of_message(CLOUD, message).sweeps()] == [0]
+
+
+def test_a_field_of_several_values_is_refused():
+    table = np.zeros(4, [("x", "<f4", (3,)), ("y", "<f4"), ("z", "<f4")])
+    with pytest.raises(InputError, match="points have 3 values of field x; write one"):
+        sweep_of_table(table, 0.0, 0)
+
+
+def test_rings_that_are_no_numbers_give_no_warning():
+    message = cloud([(1, 2, 3, np.nan)], ["x", "y", "z", "ring"], ["<f4"] * 4)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(sweep_of(CLOUD, message, 0.0, 0)) == 1

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.recordings.pose_track import PoseTrack
 
 
@@ -40,3 +41,8 @@ def test_gaps_and_ends_have_no_pose():
     assert track.at(2.5) is None
     assert track.at(2.2)[0] == 9.0
     assert PoseTrack(np.empty((0, 4))).at(0.0) is None
+
+
+def test_poses_that_no_body_has_are_refused():
+    with pytest.raises(InputError, match="a pose of a body has a number that none has"):
+        PoseTrack(np.array([[0.0, 0, 0, 0], [0.1, 1e300, 0, 0]]))

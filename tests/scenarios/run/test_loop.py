@@ -1,17 +1,19 @@
 """The run loop: its results, bit-identical repetition, and the interface of a tracker."""
 
+import tomllib
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from support import short_run
 
-from luxloop.scenarios.errors import ContractError
+from luxloop.scenarios.errors import ContractError, InputError, ScenarioError
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.metrics.definitions import find_metric, standard_names
 from luxloop.scenarios.report.run_document import truth_events
-from luxloop.scenarios.run import device, loop, warm_up
+from luxloop.scenarios.run import device, loop, versions, warm_up
 from luxloop.scenarios.run.stopwatch import RECORDING, Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.sim.world import Actors, Collision, Ego
@@ -265,3 +267,37 @@ class Clock:
 
     def wait(self, seconds):
         self.now += seconds
+
+
+# --- what a result rests on
+
+
+@pytest.mark.parametrize(
+    ("name", "before", "after", "message"),
+    [
+        ("short.toml", "max = 0.5", "max = 0.9", "short.toml: was changed after it was read"),
+        ("rig.toml", "z_m = 0.55", "z_m = 0.65", "its rig rig.toml was changed during the run"),
+    ],
+)
+def test_a_file_that_changes_during_the_run_is_one_line_and_no_result(tmp_path, name, before, after, message):
+    rig = 'rear_axle_x_m = -1.385\nmodel = "lux"\n[[unit]]\nname = "front"\nx_m = 3.55\ny_m = 0.0\nz_m = 0.55\n'
+    (tmp_path / "rig.toml").write_text(rig + "yaw_deg = 0.0\npitch_deg = 0.0\nroll_deg = 0.0\n")
+    limits = '[rig]\nfile = "rig.toml"\n[expect]\n"track.missed_share" = { max = 0.5 }\n'
+    scenario = Scenario.load(short_run.write(tmp_path, short_run.TEXT + limits))
+
+    def change(*_frame):
+        text = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(text.replace(before, after))
+
+    with pytest.raises(ScenarioError, match=message):
+        loop.run(scenario, device.NoTracks, export=change)
+
+
+def test_a_package_that_is_replaced_during_the_run_is_one_line_and_no_result(monkeypatch):
+    def replace_numpy(*_frame):
+        monkeypatch.setattr(versions, "version", lambda package: "0.1" if package == "numpy" else found[package])
+
+    found = versions.installed()
+    scenario = Scenario.of(tomllib.loads(short_run.TEXT), Path("short.toml"))
+    with pytest.raises(InputError, match=rf"numpy {found['numpy']} was replaced by 0.1 during the run; run it again"):
+        loop.run(scenario, device.NoTracks, export=replace_numpy)

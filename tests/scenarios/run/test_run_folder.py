@@ -28,7 +28,7 @@ RESULT = Result(
         "track.hota": Metric(0.5, "1", 12, interval=(0.25, 0.75)),
         "track.mota": Metric(None, "1", 0, "nothing was graded"),
     },
-    tables={"truth": pd.DataFrame({"frame": [0, 1], "x_world_m": [0.5, float("nan")]})},
+    tables={"times": pd.DataFrame({"frame": [0, 1], "x_world_m": [0.5, float("nan")]})},
     config={"description": "A ring.", "grading": {}},
     versions={"numpy": "2"},
 )
@@ -56,7 +56,7 @@ def fail(out, error):
 def test_a_run_reads_back_as_written(tmp_path):
     write_run(tmp_path / "run")
     back = run_folder.read(tmp_path / "run")
-    pd.testing.assert_frame_equal(back.tables["truth"], RESULT.tables["truth"])
+    pd.testing.assert_frame_equal(back.tables["times"], RESULT.tables["times"])
     for field in fields(Result):
         assert field.name in ("tables", "out", "metrics") or getattr(back, field.name) == getattr(RESULT, field.name)
     assert {name: back.metrics[name] for name in RESULT.metrics} == RESULT.metrics
@@ -112,7 +112,7 @@ def kill_a_run(out, *when):
     assert subprocess.run([sys.executable, "-c", KILLED, out, *when], check=False).returncode == -signal.SIGKILL
 
 
-def test_the_next_run_removes_the_folder_of_a_killed_one(tmp_path):
+def test_the_next_run_removes_the_folder_of_a_killed_one(tmp_path, capsys):
     """The earlier run stays until it is replaced."""
     for _ in range(2):
         kill_a_run(tmp_path / "run")
@@ -122,6 +122,8 @@ def test_the_next_run_removes_the_folder_of_a_killed_one(tmp_path):
             run_folder.read(tmp_path / left[0])
         write_run(tmp_path / "run")
         assert names(tmp_path) == ["run"]
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line == f"luxloop: {tmp_path / 'run'}: removed {left[0]}, left by a command that was killed"
 
 
 def test_a_run_that_is_being_removed_does_not_read_as_one(tmp_path, monkeypatch):

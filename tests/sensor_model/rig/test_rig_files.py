@@ -200,7 +200,8 @@ def test_invalid_rig_file_gives_a_one_line_error(tmp_path, old, new, pattern):
     ("old", "new", "pattern"),
     [
         ("step_deg = 0.5", "step_deg = 0.7", r"unit\.toml: fan\[0\]\.step_deg = 0\.7: must divide"),
-        ("step_deg = 0.5", "step_deg = -0.5", r"fan\[0\]\.step_deg = -0\.5: must be positive"),
+        ("step_deg = 0.5", "step_deg = -0.5", r"fan\[0\]\.step_deg = -0\.5: must be at least 0\.001"),
+        ("step_deg = 0.5", "step_deg = 5e-324", r"fan\[0\]\.step_deg = 5e-324: must be at least 0\.001"),
         ("stop_deg = -50.0", "stop_deg = 60.0", r"fan\[0\]\.stop_deg = 60\.0: must not exceed start_deg"),
         ("stop_deg = -50.0", "stop_deg = -309.5", r"fan\[0\]\.stop_deg = -309\.5: azimuths are from -180 to 180"),
         ("start_deg = 50.0", "start_deg = 270.0", r"fan\[0\]\.start_deg = 270\.0: azimuths are from -180 to 180"),

@@ -57,6 +57,12 @@ def test_bridges_are_detected_and_walking_areas_ignored(tmp_path):
     assert lane_sections(file) is None
 
 
+def test_a_lane_reaches_half_its_width_from_its_line(tmp_path):
+    file = tmp_path / "wide.net.xml"
+    file.write_text(net(["0,0,1 50,0,1 100,0,2", "0,9,1 100,9,1"]).replace('id="e0_0"', 'id="e0_0" width="5.0"'))
+    assert lane_sections(file).half_width.tolist() == [2.5, 2.5, 1.6]
+
+
 def test_damaged_lane_is_refused_in_one_line(tmp_path):
     file = tmp_path / "odd.net.xml"
     file.write_text(net(["0,0,1 100,x,1"]))

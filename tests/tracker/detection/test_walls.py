@@ -169,6 +169,21 @@ def test_a_wall_is_forgotten_in_time():
         assert (background.remove(points, piece).count == 0) == remembered
 
 
+def test_a_wall_is_forgotten_when_beams_of_an_ego_far_from_the_start_pass_it():
+    ego, angle = np.array([200.0, -100.0]), np.radians(np.arange(0.0, 360.0, 0.25))
+    wall = ego + np.stack([np.linspace(-15.0, 15.0, 301), np.full(301, 8.1)], axis=1)
+    beyond = ego + 30.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    segments = segment(wall, np.ones(301, np.bool_), SegmentationConfig())
+    piece = segment(wall, np.abs(wall[:, 0] - ego[0]) < 3.0, SegmentationConfig())
+    for scans, remembered in ((1, True), (2, False)):  # 0.85 - 0.4 is above the limit of 0.4, 0.85 - 0.8 is below
+        background = Background(BackgroundConfig())
+        background.forget(0.0, wall, ego)
+        background.remove(wall, segments, ego)
+        for scan in range(1, scans + 1):
+            background.forget(0.3 * scan, beyond, ego)
+        assert (background.remove(wall, piece, ego).count == 0) == remembered
+
+
 def test_straight_runs_have_no_gaps_and_are_longer_than_a_van():
     x = np.arange(0.0, 30.0, 0.1)
     x = x[(x < 8.0) | ((x > 9.5) & (x < 15.0)) | (x > 16.5)]  # 8.0, 5.5 and 13.4 m

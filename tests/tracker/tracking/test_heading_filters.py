@@ -7,7 +7,9 @@ from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracking import heading as heading_module
 from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.heading import (
+    COURSE_TIME_S,
     HEADING_RESTART_S,
+    SLIP_STD_RAD,
     Turn,
     corrected,
     heading_filter,
@@ -140,6 +142,16 @@ def test_motion_supports_a_heading_that_no_face_shows():
             each.observe(np.deg2rad(3.0), np.deg2rad(3.0) ** 2)
         found.support(0.0, np.deg2rad(0.5) ** 2)
     assert abs(found.state[0][0]) < 0.6 * abs(alone.state[0][0])
+
+
+@pytest.mark.parametrize("dt", [0.02, 0.1])
+def test_the_supports_of_one_memory_of_the_course_count_as_one_measurement(dt):
+    """The direction is a mean over `COURSE_TIME_S`, so that more scans in that time hold no more information."""
+    found, course = OneHeading(0.0, 0.01), np.deg2rad(0.5) ** 2
+    for _ in range(round(COURSE_TIME_S / dt)):
+        found.support(0.0, course, dt)
+    once = 1.0 / (1.0 / 0.01 + 1.0 / (course + SLIP_STD_RAD**2))
+    assert found.state[1][0, 0] == pytest.approx(once, rel=0.15)
 
 
 def test_motion_does_not_hold_a_turn_back():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from luxloop.tracker.records import MODELS, SmallBoxes, Status
+from luxloop.tracker.tracking import small_tracks
 from luxloop.tracker.tracking.mma import MmaConfig
 from luxloop.tracker.tracking.model_selection import model_selection
 from luxloop.tracker.tracking.output import report
@@ -112,3 +113,14 @@ def test_box_is_moved_to_the_time_of_the_scan():
         objects.step(SmallBoxes(late.segment, late.center, late.heading, late.size, np.array([-0.04])), NONE, DT)
     record = objects.report(NONE, report(NONE, model_selection(MmaConfig())), np.zeros(2))
     assert record.mean[0, 0] == pytest.approx(10.0 + 5.0 * 59 * DT, abs=0.05)
+
+
+def test_the_way_of_a_track_has_its_predicted_part():
+    """A box at the predicted place moves the estimate by nothing, and the person by a step."""
+    tracks = small_tracks.start(boxes([(8.0, 2.0)]), FIRST_ID)
+    tracks.mean[0, 2:] = 1.5, 2.0
+    for step in range(1, 5):
+        small_tracks.predict(tracks, DT)
+        ahead = boxes([(8.0 + 1.5 * DT * step, 2.0 + 2.0 * DT * step)])
+        small_tracks.update(tracks, ahead, np.array([0]), np.array([0]))
+    assert tracks.way_m[0] == pytest.approx(4 * 2.5 * DT)
