@@ -6,6 +6,7 @@ Only this module imports `dask` and `distributed`; callers import it where they 
 import asyncio
 import logging
 import signal
+import socket
 import threading
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -51,7 +52,7 @@ def local_cluster(workers: int) -> Iterator[LocalCluster]:
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
-            dashboard_address="127.0.0.1:0",
+            dashboard_address=f"{LOOPBACK}:0",
             memory_limit=0,
             silence_logs=logging.CRITICAL,
         ) as cluster:
@@ -104,6 +105,8 @@ TASKS_PER_WORKER = 8
 
 TIMEOUT_S = 5
 """Connection timeout [s]."""
+LOOPBACK = "127.0.0.1"
+"""Address of the local cluster."""
 
 DASK_CONFIG = {
     # Profiling and monitoring are not used and cost processor time on machines with few cores.
@@ -134,12 +137,14 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
     Raises
     ------
     StudyError
-        No Dask scheduler answers at the address, or all workers of the local cluster ended.
+        No Dask scheduler answers at the address, the machine has no loopback, or all workers of the local cluster
+        ended.
     """
     for logger in ("distributed", "distributed.client"):  # a lost scheduler is reported as one line, not a traceback
         logging.getLogger(logger).setLevel(logging.CRITICAL)
     with dask.config.set(DASK_CONFIG):
         if scheduler is None:
+            _require_loopback()
             with local_cluster(workers) as cluster, Client(cluster, set_as_default=False) as client:
                 yield client
         else:
@@ -246,6 +251,18 @@ def _rows(client: Client, runs: list[StudyRun], future: Future[list[RowText]]) -
             raise
         reason = f"{type(error).__name__}: {error}"
         raise StudyError(f"a worker cannot execute runs ({reason}); install the same packages there as here") from error
+
+
+def _require_loopback() -> None:
+    """Check that processes of this machine reach each other; Dask would try for 30 s, and end in a traceback."""
+    try:
+        with socket.create_server((LOOPBACK, 0)) as server:
+            socket.create_connection(server.getsockname(), timeout=TIMEOUT_S).close()
+    except OSError as error:
+        raise StudyError(
+            f"{LOOPBACK} cannot be reached ({error.strerror}), by which the processes of a sweep exchange runs; bring "
+            "the loopback interface up: ip link set lo up"
+        ) from error
 
 
 def _client_of(scheduler: str) -> Client:
