@@ -13,7 +13,8 @@ def choose(package: Path) -> None:
 
     Processes that this one starts use it, too. The files in it are executed, so that it must belong to this user alone.
     """
-    caches = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    # Path.expanduser raises an error for a user without a home, as containers have them.
+    caches = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))  # noqa: PTH111
     if os.environ.get(VARIABLE) or os.access(package, os.W_OK) or _can_be_made(caches):
         return
     with suppress(OSError):  # then numba says that it has no folder
@@ -26,5 +27,8 @@ def choose(package: Path) -> None:
 
 def _can_be_made(folder: Path) -> bool:
     """Return True if a folder, or the nearest one above it that exists, can be written."""
-    there = next((one for one in (folder, *folder.parents) if one.exists()), folder)
+    if not folder.is_absolute():
+        return False
+    # Path.exists raises an error below a folder that cannot be entered.
+    there = next((one for one in (folder, *folder.parents) if os.path.exists(one)), folder)  # noqa: PTH110
     return there.is_dir() and os.access(there, os.W_OK)

@@ -29,6 +29,13 @@ def test_a_read_only_installation_has_a_folder_of_the_user_alone(temporary):
     assert folder.stat().st_mode & 0o777 == 0o700
 
 
+def test_a_user_without_a_home_has_it_too(temporary, monkeypatch):
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr(kernel_folder.os.path, "expanduser", lambda path: path)
+    kernel_folder.choose(kernel_folder.Path(READ_ONLY))
+    assert os.environ.pop(kernel_folder.VARIABLE).startswith(str(temporary))
+
+
 def test_a_folder_that_others_can_write_is_not_used(temporary):
     (temporary / f"luxloop-kernels-{os.getuid()}").mkdir()
     (temporary / f"luxloop-kernels-{os.getuid()}").chmod(0o777)
