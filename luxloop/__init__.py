@@ -5,7 +5,10 @@ This module names the Python interface, which docs/python.md explains. A name is
 """
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from luxloop import kernel_folder
 
 if TYPE_CHECKING:
     from luxloop.errors import Error
@@ -48,6 +51,8 @@ __all__ = [
     "load_scenario",
     "run",
 ]
+
+kernel_folder.choose(Path(__file__).parent)
 
 _MODULES = {
     "Comparison": "luxloop.scenarios.compare.comparison",

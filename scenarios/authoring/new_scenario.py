@@ -85,6 +85,8 @@ class Rehearsal:
     """Mean number of vehicles within the range of grading."""
     end: str
     """Reason why it ended early; empty if it did not."""
+    is_hit: bool = False
+    """True if it ended by a collision of the ego, which a shorter run would not show."""
 
     @property
     def complete(self) -> bool:
@@ -100,7 +102,7 @@ def rehearse(scenario: Scenario) -> Rehearsal:
     TrafficError
         The traffic cannot start, or fails.
     """
-    near, end = [], ""
+    near, end, is_hit = [], "", False
     with closing(make_source(scenario.traffic, scenario.folder, sensor_range(scenario.rig, scenario.folder))) as source:
         with progress.start("rehearsal") as report:
             watch_start(source, report)
@@ -110,9 +112,10 @@ def rehearse(scenario: Scenario) -> Rehearsal:
             for _ in progress.frames(count, source.dt, "rehearsal"):
                 near.append(_near(source.step(), scenario.grading.range_max_m))
         except TrafficEndedError as error:
-            end = str(error)
+            end, is_hit = str(error), bool(error.collisions)
         seconds = len(near) * source.dt
-    return Rehearsal(len(near), np.floor(10 * seconds + 1e-6) / 10, float(np.mean(near)) if near else 0.0, end)
+    mean = float(np.mean(near)) if near else 0.0
+    return Rehearsal(len(near), np.floor(10 * seconds + 1e-6) / 10, mean, end, is_hit)
 
 
 def _near(frame: WorldFrame, range_m: float) -> int:
@@ -139,6 +142,8 @@ def grade(draft: Draft, rehearsal: Rehearsal, out: Path) -> GradedDraft:
     TrafficError
         The traffic cannot start, or fails.
     """
+    if rehearsal.is_hit:
+        return GradedDraft(draft, [f"sim.ego_collisions = 1, limit <= 0 ({rehearsal.end})"])
     draft = draft if rehearsal.complete else replace(draft, duration_s=rehearsal.duration_s)
     scenario = Scenario.of(draft.document(), out)
     result = loop.run(scenario, device.load(device.SHIPPED))

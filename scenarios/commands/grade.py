@@ -63,6 +63,12 @@ class BoxFiles:
         int | None,
         typer.Option(metavar="LEVEL", help="Leave out true boxes of a higher occlusion of KITTI; only with --truth."),
     ] = None
+    kitti: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CLASS", help="Grade the boxes in the image by KITTI's rules: car or pedestrian; with --truth."
+        ),
+    ] = None
     time_tolerance: Annotated[
         float,
         typer.Option(metavar="S", min=0.0, callback=finite, help="Times of one frame differ by less; with --truth."),
@@ -95,6 +101,10 @@ class BoxFiles:
             raise InputError(f"--range-max {self.range_max:g}: should be more than 0 and less than 1e6")
         if self.occluded_max is not None and not 0 <= self.occluded_max <= 3:
             raise InputError(f"--occluded-max {self.occluded_max}: should be a level of KITTI, 0 to 3")
+        if self.kitti and (self.fits or self.classes or self._has_limits()):
+            raise InputError(
+                f"--kitti {self.kitti}: has the limits of the benchmark; leave other limits and --fits out"
+            )
 
         from luxloop.scenarios.exchange.paired_frames import BoxLimits
 
@@ -104,6 +114,15 @@ class BoxFiles:
             points_min=self.points_min,
             range_max_m=self.range_max,
             occluded_max=self.occluded_max,
+            kitti=self.kitti,
+        )
+
+    def _has_limits(self) -> bool:
+        return (
+            self.hit_iou != HIT_IOU_MIN
+            or self.points_min > 0
+            or self.range_max is not None
+            or self.occluded_max is not None
         )
 
 

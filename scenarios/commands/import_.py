@@ -24,6 +24,19 @@ class Clock(StrEnum):
     LOG = "log"
 
 
+class TimeUnit(StrEnum):
+    """Units of the times of points."""
+
+    S = "s"
+    MS = "ms"
+    US = "us"
+    NS = "ns"
+
+
+UNITS_S = {TimeUnit.S: 1.0, TimeUnit.MS: 1e-3, TimeUnit.US: 1e-6, TimeUnit.NS: 1e-9}
+"""[s]"""
+
+
 @dataclass(frozen=True, slots=True)
 class Mounting:
     """Mounts of the LIDARs on the ego."""
@@ -72,6 +85,10 @@ class Sources:
         Clock,
         typer.Option(help="Times of ROS messages: their stamps, or those of logging if clocks differ."),
     ] = Clock.STAMP
+    time_unit: Annotated[
+        TimeUnit | None,
+        typer.Option(help="Unit of the times of points; by their type and the duration of a sweep if left out."),
+    ] = None
     scene: Annotated[
         str | None, typer.Option(metavar="NAME", help="Scene, sequence or log of a data set that has several.")
     ] = None
@@ -173,8 +190,14 @@ def import_(
 def _read_options(sources: Sources) -> "ReadOptions":
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
 
-    by_log = sources.time == Clock.LOG
-    return ReadOptions(tuple(sources.topic or []), sources.rate, sources.metadata, by_log, sources.scene)
+    return ReadOptions(
+        topics=tuple(sources.topic or []),
+        rate_hz=sources.rate,
+        metadata=sources.metadata,
+        by_log=sources.time == Clock.LOG,
+        time_unit_s=UNITS_S[sources.time_unit] if sources.time_unit else None,
+        scene=sources.scene,
+    )
 
 
 def _mounts(

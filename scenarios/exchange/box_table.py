@@ -16,6 +16,8 @@ Texts = npt.NDArray[np.str_]
 
 EGO_AXES = ("ego", "camera")
 """Axes whose origin is the ego or its sensor."""
+IMAGE_AXES = "image"
+"""Axes of boxes in the image of KITTI's camera: x right, y down, all in pixels, no headings."""
 ANY_AXES = ""
 """Axes of a file that does not name them: they are taken for those of the other file."""
 BOX = ("x", "y", "heading", "length", "width")
@@ -56,6 +58,8 @@ class BoxTable:
     """(N,) number of LIDAR points on the box; only of truth."""
     occluded: Ints | None = None
     """(N,) level of occlusion of KITTI, 0 to 3; only of truth."""
+    truncated: Ints | None = None
+    """(N,) level of truncation of KITTI, 0 to 2; only of truth."""
     kind: Texts | None = None
     """(N,) name of the class, in lower case."""
 
@@ -70,7 +74,8 @@ class BoxTable:
 
 
 COLUMNS = (
-    "id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "occluded", "kind",
+    "id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "occluded",
+    "truncated", "kind",
 )  # fmt: skip
 """Columns of a table without its scene."""
 

@@ -62,16 +62,24 @@ def recognise(path: Path) -> str:
     raise TracksError(f"{path}: {what}; name it with --truth-format or --tracks-format")
 
 
-def read(path: Path, role: Role, format_name: str | None = None) -> "list[BoxTable]":
-    """Return the boxes of a file, once for each frame of reference that it has.
+def read(path: Path, role: Role, format_name: str | None = None, *, image: bool = False) -> "list[BoxTable]":
+    """Return the boxes of a file, once for each frame of reference on the ground, or those in the image.
 
     Raises
     ------
     TracksError
-        The file cannot be read, or is not valid.
+        The file cannot be read, is not valid, or has no such boxes.
     """
+    from luxloop.scenarios.exchange.box_table import IMAGE_AXES
+
     known: BoxFormat = format_named(f"--{role}-format", format_name or recognise(path), "read_boxes")
-    return known.read_boxes(path, role)
+    found = [table for table in known.read_boxes(path, role) if (table.axes == IMAGE_AXES) == image]
+    if not found:
+        lacks = (
+            "boxes in the image, which --kitti grades" if image else "3D boxes; --kitti CLASS grades those in the image"
+        )
+        raise TracksError(f"{path}: has no {lacks}")
+    return found
 
 
 def is_text(head: bytes) -> bool:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.exchange import image_benchmark
 from luxloop.scenarios.exchange.box_table import BoxTable
 from luxloop.scenarios.exchange.paired_frames import BoxLimits, FramePairs, left_out, matched
 from luxloop.scenarios.grading import fit_errors, frame_tables
@@ -37,7 +38,7 @@ def tables_of(pairs: FramePairs, limits: BoxLimits) -> dict[str, pd.DataFrame]:
 
     Errors are those of pairs by distance, as in nuScenes. A track that hits a box without such a pair is on it, too.
     """
-    ignored, unjudged = left_out(pairs, limits)
+    ignored, unjudged = (image_benchmark.left_out if limits.kitti else left_out)(pairs, limits)
     pairing = _pair(pairs, ~ignored, ~unjudged, limits)
     return {
         **of_stages(),
@@ -57,8 +58,8 @@ def _pair(pairs: FramePairs, graded: Bools, judged: Bools, limits: BoxLimits) ->
     """Return the true box of each judged track: by distance, and else by overlap."""
     steps = [(true[graded[true]], tracked[judged[tracked]]) for true, tracked in pairs.steps()]
     near = (DistanceStep(pairs.truth_id[a], pairs.track_id[b], _distances(pairs, a, b)) for a, b in steps)
-    row = np.full(len(pairs.tracks), NOT_MATCHED)
-    for (true, tracked), match in zip(steps, match_frames(near, limits.match_distance_m), strict=True):
+    row, distance_max = np.full(len(pairs.tracks), NOT_MATCHED), 0.0 if limits.kitti else limits.match_distance_m
+    for (true, tracked), match in zip(steps, match_frames(near, distance_max), strict=True):
         pair = match.track != NOT_MATCHED
         row[tracked[match.track[pair]]] = true[pair]
     paired = row != NOT_MATCHED

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.scenarios.exchange.box_table import BoxTable
+from luxloop.scenarios.exchange import image_benchmark
+from luxloop.scenarios.exchange.box_table import IMAGE_AXES, BoxTable
 from luxloop.scenarios.exchange.file_formats import read
 from luxloop.scenarios.exchange.file_tables import tables_of
 from luxloop.scenarios.exchange.paired_frames import (
@@ -47,15 +48,18 @@ def grade(
     TracksError
         A file is not valid, or they do not belong together.
     """
-    found = [read(truth, "truth", formats[0]), read(tracks, "tracks", formats[1])]
+    image = limits.kitti is not None
+    found = [read(truth, "truth", formats[0], image=image), read(tracks, "tracks", formats[1], image=image)]
     if limits.range_max_m is not None:
         found = [about_the_ego(of_file) for of_file in found]
     tables = in_common_axes(found[0], found[1])
     matching = matching or FrameMatching()
     alone = unpaired(pair_frames(*tables, matching), matching)
-    warnings = (*_warnings(*tables, bool(classes)), *([alone] if alone else []))
+    warnings = (*_warnings(*tables, bool(classes or limits.kitti)), *([alone] if alone else []))
     if classes:
         tables = of_classes(*tables, list(classes))
+    if limits.kitti:
+        tables = image_benchmark.of_class(*tables, limits.kitti)
     pairs = pair_frames(*tables, matching)
     require_common_frames(pairs)
     result = _result(pairs, limits, classes, warnings)
@@ -139,6 +143,8 @@ def _missing(pairs: FramePairs) -> dict[str, str]:
             if getattr(table, column) is None:
                 found.setdefault(name, f"{table.source.name} has no {what}")
     found["view"] = "visible sides are not known in files of boxes"
+    if pairs.truth.axes == IMAGE_AXES:
+        found["metres"] = "boxes in the image have no metres"
     return found if pairs.about_ego else {**found, "range": "the positions are not about the ego"}
 
 

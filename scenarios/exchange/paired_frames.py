@@ -293,6 +293,8 @@ class BoxLimits:
     """Largest distance from the ego [m]; true boxes beyond, the tracks on them, and other tracks there are the same."""
     occluded_max: int | None = None
     """Highest level of occlusion of KITTI of a true box; others are the same."""
+    kitti: str | None = None
+    """Class of KITTI's benchmark whose boxes in the image are graded by its rules, in place of the other limits."""
 
     @property
     def grading(self) -> GradingConfig:

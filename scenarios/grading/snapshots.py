@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.frame_tables import SNAPSHOT_KINDS, SNAPSHOT_POINTS, SNAPSHOTS, TableBuilder
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.scenarios.grading.matching import NO_TRACK, TrackVerdict
@@ -25,6 +25,8 @@ APART_S = 2.0
 """Least time between two frames of a kind [s], so that they show different situations."""
 CONFIRMATION_S = 1.0
 """Time after which a graded vehicle without a track counts as an error [s]: track confirmation takes time."""
+LISTED = 3
+"""Vehicles and tracks that the description of a frame names."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +63,7 @@ class Snapshots:
             `FrameGrade.box_actor` and `FrameGrade.box_heading_error`.
         """
         for found in (
-            *self._detection(frame_truth, matches),
+            *self._detection(frame_truth, matches, tracks),
             *self._identity(frame_truth, matches, tracks),
             *_track_heading(frame_truth, matches, tracks),
             *_fit_heading(frame_truth, box_actor, box_error),
@@ -78,7 +80,7 @@ class Snapshots:
             points.add(frame_truth.frame, _point_rows(frame_truth))
         return {"snapshots": snapshots.build(), "snapshot_points": points.build()}
 
-    def _detection(self, frame_truth: FrameTruth, matches: TrackMatches) -> Iterator[Snapshot]:
+    def _detection(self, frame_truth: FrameTruth, matches: TrackMatches, tracks: Tracks) -> Iterator[Snapshot]:
         """Yield a snapshot of graded vehicles without a track and false tracks, if there are any."""
         time, graded = frame_truth.frame.time, frame_truth.actors.id[frame_truth.graded].tolist()
         self._graded_since = {actor: self._graded_since.get(actor, time) for actor in graded}
@@ -88,7 +90,9 @@ class Snapshots:
         false = matches.verdict == TrackVerdict.FALSE
         places = np.vstack([frame_truth.boxes_ego[missed, :2], matches.boxes_ego[false, :2]])
         if len(places):
-            what = f"{missed.sum()} graded vehicles without a track, {false.sum()} false tracks"
+            what = listed(
+                [*_misses(frame_truth, matches, missed), *(f"false track {track}" for track in tracks.id[false])]
+            )
             nearest = places[np.hypot(*places.T).argmin()]
             yield Snapshot("detection", float(len(places)), what, nearest, frame_truth)
 
@@ -136,6 +140,20 @@ def _fit_heading(frame_truth: FrameTruth, box_actor: Ints, box_error: Floats) ->
         place, name = frame_truth.boxes_ego[actor, :2], frame_truth.actors.name[actor]
         what = f"the rectangle fitted to vehicle {name} is {error:+.1f}° off in its fit heading"
         yield Snapshot("fit_heading", abs(float(error)), what, place, frame_truth)
+
+
+def listed(parts: list[str]) -> str:
+    """Return the first `LISTED` parts of a description, and the number of the others."""
+    more = [f"{len(parts) - LISTED} more"] if len(parts) > LISTED else []
+    return "; ".join([*parts[:LISTED], *more])
+
+
+def _misses(frame_truth: FrameTruth, matches: TrackMatches, missed: Bools) -> Iterator[str]:
+    """Yield each vehicle of a mask (A,), and the largest overlap of a track with it, if any."""
+    for row in np.flatnonzero(missed).tolist():
+        largest = matches.overlap[row].max(initial=0.0)
+        near = f", the nearest overlaps it by {largest:.2f}" if largest > 0.0 else ""
+        yield f"no track on vehicle {frame_truth.actors.name[row]}{near}"
 
 
 def _keep(kept: list[Snapshot], new: Snapshot) -> None:

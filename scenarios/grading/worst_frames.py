@@ -15,7 +15,7 @@ import pandas as pd
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.grading.figures import counted
 from luxloop.scenarios.grading.observations import Observations, RunObservations
-from luxloop.scenarios.grading.snapshots import CONFIRMATION_S
+from luxloop.scenarios.grading.snapshots import CONFIRMATION_S, listed
 from luxloop.scenarios.metrics.definition import Selection
 from luxloop.scenarios.metrics.definitions import DRIVERS, SHARE, find_metric
 from luxloop.scenarios.metrics.own_metric import PREFIX
@@ -31,8 +31,6 @@ OF_TRACKS = ("score", "gospa", "occlusion")
 """Kinds of metrics about tracks without an error per observation."""
 NEW_VEHICLE_WEIGHT = 0.01
 """Weight of a vehicle without a hit that was first graded less than `CONFIRMATION_S` ago."""
-LISTED = 3
-"""Vehicles and tracks that the description of a frame names."""
 UNITS = {"deg": " deg", "m": " m", "s": " s", "mps": " m/s", "mps2": " m/s^2"}
 """Units by the last word of a column's name."""
 
@@ -236,5 +234,4 @@ def _named_misses(run: RunObservations, missed: pd.DataFrame, false: pd.DataFram
         else:
             parts.append(f"no track overlaps vehicle {name}")
     parts += [f"track {track} hits no vehicle" for track in false["track_id"] if track not in explained]
-    more = [f"{len(parts) - LISTED} more"] if len(parts) > LISTED else []
-    return "; ".join([*parts[:LISTED], *more])
+    return listed(parts)

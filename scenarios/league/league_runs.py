@@ -21,7 +21,7 @@ from luxloop.scenarios.report import text
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.progress import hidden
-from luxloop.scenarios.run.termination import as_interrupts, is_interrupt
+from luxloop.scenarios.run.termination import as_interrupts, is_interrupt, start_resource_tracker
 from luxloop.scenarios.study.row_store import RowStore, as_text
 from luxloop.scenarios.study.run_content import digest
 from luxloop.sim.source import SimulatorFailedError, TrafficEndedError
@@ -76,6 +76,7 @@ def _in_turn(missing: Sequence[Missing]) -> Iterator[tuple[str, Row]]:
 
 def _in_processes(missing: Sequence[Missing], workers: int) -> Iterator[tuple[str, Row]]:
     """Record the scans of all drives, and run the trackers of each as soon as its scans are there."""
+    start_resource_tracker()
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent) as pool:
         pending: dict[Future[Any], Missing | None] = {
             pool.submit(_in_worker, recorded_scans, one[0]): one for one in missing

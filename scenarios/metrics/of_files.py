@@ -42,6 +42,8 @@ COLUMNS = {
     "wait_s": "time",
 }
 """Needed contents of the files, by the column of a metric's values or rows."""
+IN_METRES = dict.fromkeys(("gospa", "recall", "track"), "metres")
+"""The same by the kinds of metrics."""
 NAMED = {"track.amota": "score", "track.amotp_m": "score", "dataset.points_per_observation": "points"}
 """The same by the names of metrics."""
 
@@ -53,7 +55,7 @@ def why_not(missing: Mapping[str, str]) -> Callable[[Selection], str]:
     ----------
     missing
         Reasons by what the files lack: `motion` (velocities of the truth), `velocity` (of both), `height`, `score`,
-        `time`, `points`, and the filters `class`, `range` and `view`.
+        `time`, `points`, `metres` (boxes on the ground), and the filters `class`, `range` and `view`.
     """
 
     def why(selection: Selection) -> str:
@@ -61,7 +63,12 @@ def why_not(missing: Mapping[str, str]) -> Callable[[Selection], str]:
         found = UNKNOWN.get(definition.name) or UNKNOWN.get(definition.kind)
         if found or definition.name not in NAMES:
             return found or NO_RUN
-        needed = (NAMED.get(definition.name), COLUMNS.get(definition.rows), COLUMNS.get(definition.value))
+        needed = (
+            IN_METRES.get(definition.kind),
+            NAMED.get(definition.name),
+            COLUMNS.get(definition.rows),
+            COLUMNS.get(definition.value),
+        )
         return next((missing[one] for one in (*needed, *selection.filters) if one and one in missing), "")
 
     return why

@@ -110,7 +110,7 @@ STAGES = (
 PICTURE_LEGEND = Legend(
     (
         ("swatch ego", "ego, heading up"),
-        ("swatch truth", "true box with the vehicle's name; dashed if not graded"),
+        ("swatch truth", "true box with a wedge at its front and the vehicle's name; dashed if not graded"),
         ("swatch track", "track with its id, its heading as a line at its front; dashed if coasting"),
         ("swatch false", "false track"),
         ("swatch fit", "fitted rectangle; the fit heading is along its side"),

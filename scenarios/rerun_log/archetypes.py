@@ -75,11 +75,11 @@ def boxes(
     )
 
 
-def texts(xy: Floats, labels: list[str], colors: Floats) -> "rr.Points3D":
-    """Return `labels` at `xy` (N, 2) on the ground [m], in `colors` (N, 3), 0 to 255."""
+def texts(xy: Floats, labels: list[str]) -> "rr.Points3D":
+    """Return `labels` at `xy` (N, 2) on the ground [m], in white: the viewer puts them on mid grey."""
     import rerun as rr
 
-    return rr.Points3D(flat(xy), labels=labels, show_labels=True, radii=0.0, colors=colors.astype(np.uint8))
+    return rr.Points3D(flat(xy), labels=labels, show_labels=True, radii=0.0, colors=(255, 255, 255))
 
 
 def walls(obstacles: Obstacles, origin_world: Floats, top_m: float, color: Color) -> "rr.Mesh3D":

@@ -96,7 +96,7 @@ class TrackLayer:
         )
         return {
             "tracks": boxes(np.column_stack([center, yaw]), flat(tracks.size), colors, line_ui=line_ui),
-            "tracks/names": texts(center + ahead, labels, colors),
+            "tracks/names": texts(center + ahead, labels),
             "velocities": velocities,
             "trails": self._trails(tracks.id, center, (blueprint.DIM * hues).astype(np.uint8)),
         }

@@ -153,7 +153,7 @@ def _log_tracks(
         ahead = (0.5 * size[:, :1] + blueprint.NAME_GAP_M) * np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])])
         velocity = np.nan_to_num(rows[["vx_world_mps", "vy_world_mps"]].to_numpy(np.float64))
         stream.log(path, boxes(pose, size, colors, line_ui=np.where(solid, 2.5, 1.0)))
-        stream.log(f"{path}/names", texts(pose[:, :2] + ahead, [str(one) for one in rows["track_id"]], colors))
+        stream.log(f"{path}/names", texts(pose[:, :2] + ahead, [str(one) for one in rows["track_id"]]))
         arrows = rr.Arrows3D(origins=flat(pose[:, :2]), vectors=flat(velocity), colors=colors.astype(np.uint8))
         stream.log(f"{path}/velocities", arrows)
 

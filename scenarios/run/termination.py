@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from types import FrameType
 
 CTRL_C = 130
@@ -38,6 +39,19 @@ _handled: list[Received] = []
 def in_main_thread() -> bool:
     """Return True in the only thread that receives signals."""
     return threading.current_thread() is threading.main_thread()
+
+
+def start_resource_tracker() -> None:
+    """Start the process in which Python tracks shared resources, with SIGHUP blocked.
+
+    A terminal sends SIGHUP to all its processes. Python starts a tracker that died again, and that one prints a
+    traceback for each lock that it does not know.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGHUP})  # the process inherits it
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGHUP})
 
 
 @contextmanager

@@ -6,18 +6,19 @@ Only this module imports `dask` and `distributed`; callers import it where they 
 import asyncio
 import logging
 import signal
+import socket
 import threading
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import resource_tracker
 
 import dask
 from distributed import Client, Future, KilledWorker, LocalCluster, Security, Status, as_completed, rpc
 from tornado.ioloop import PeriodicCallback
 
 from luxloop.scenarios.errors import InputError, StudyError
+from luxloop.scenarios.run.termination import start_resource_tracker
 from luxloop.scenarios.run.versions import installed
 from luxloop.scenarios.study.design import StudyRun
 from luxloop.scenarios.study.row_store import RowText, as_text
@@ -35,23 +36,22 @@ WATCH_S = 5.0
 def local_cluster(workers: int) -> Iterator[LocalCluster]:
     """Yield a cluster whose workers ignore the signals of a terminal, which it sends to all its processes.
 
-    Only this process reacts to them. Workers, including restarted ones, and the resource tracker inherit the signal
-    mask of the threads that start here.
+    Only this process reacts to them. Workers, including restarted ones, inherit the signal mask of the threads that
+    start here.
 
     Raises
     ------
     StudyError
         All workers ended, and cannot be started again.
     """
+    start_resource_tracker()
     try:
-        signal.pthread_sigmask(signal.SIG_BLOCK, OF_TERMINALS)
-        resource_tracker.ensure_running()  # CPython unblocks SIGINT in the thread that starts the tracker
         signal.pthread_sigmask(signal.SIG_BLOCK, OF_TERMINALS)
         with LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
-            dashboard_address="127.0.0.1:0",
+            dashboard_address=f"{LOOPBACK}:0",
             memory_limit=0,
             silence_logs=logging.CRITICAL,
         ) as cluster:
@@ -104,6 +104,8 @@ TASKS_PER_WORKER = 8
 
 TIMEOUT_S = 5
 """Connection timeout [s]."""
+LOOPBACK = "127.0.0.1"
+"""Address of the local cluster."""
 
 DASK_CONFIG = {
     # Profiling and monitoring are not used and cost processor time on machines with few cores.
@@ -134,12 +136,14 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
     Raises
     ------
     StudyError
-        No Dask scheduler answers at the address, or all workers of the local cluster ended.
+        No Dask scheduler answers at the address, the machine has no loopback, or all workers of the local cluster
+        ended.
     """
     for logger in ("distributed", "distributed.client"):  # a lost scheduler is reported as one line, not a traceback
         logging.getLogger(logger).setLevel(logging.CRITICAL)
     with dask.config.set(DASK_CONFIG):
         if scheduler is None:
+            _require_loopback()
             with local_cluster(workers) as cluster, Client(cluster, set_as_default=False) as client:
                 yield client
         else:
@@ -246,6 +250,18 @@ def _rows(client: Client, runs: list[StudyRun], future: Future[list[RowText]]) -
             raise
         reason = f"{type(error).__name__}: {error}"
         raise StudyError(f"a worker cannot execute runs ({reason}); install the same packages there as here") from error
+
+
+def _require_loopback() -> None:
+    """Check that processes of this machine reach each other; Dask would try for 30 s, and end in a traceback."""
+    try:
+        with socket.create_server((LOOPBACK, 0)) as server:
+            socket.create_connection(server.getsockname(), timeout=TIMEOUT_S).close()
+    except OSError as error:
+        raise StudyError(
+            f"{LOOPBACK} cannot be reached ({error.strerror}), by which the processes of a sweep exchange runs; bring "
+            "the loopback interface up: ip link set lo up"
+        ) from error
 
 
 def _client_of(scheduler: str) -> Client:

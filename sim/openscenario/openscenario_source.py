@@ -2,6 +2,7 @@
 
 import math
 import os
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,8 @@ from luxloop.sim.roster import Member, Roster
 from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from luxloop.sim.world import Obstacles, WorldFrame
 
+LOOKED_AT_S = 60.0
+"""[s] Events that do not start within this time of the storyboard are a warning."""
 MARGIN = 30.0
 """[m] Margin beyond the delivery radius, so that bodies are in steady motion when they enter it."""
 
@@ -51,12 +54,13 @@ class OpenScenarioSource:
 
     def reset(self, seed: int) -> Obstacles:
         """Read the files once, and place all entities. See `TrafficSource.reset`."""
-        self._files = self._files or self._read()
-        board, network = self._files
+        board, network = self._files or self._read()
         if self._config.ego not in board.entities:
             raise TrafficInputError(
                 f'{self._config.file}: ego = "{self._config.ego}" is no entity; use one of {", ".join(board.entities)}'
             )
+        if self._files is None:
+            self._files, self.warnings = (board, network), self._idle_events(board, network)
         self._run = StoryboardRun(board, network)
         order = [self._config.ego, *(name for name in board.entities if name != self._config.ego)]
         roster = Roster(seed)
@@ -91,6 +95,18 @@ class OpenScenarioSource:
             raise TrafficInputError(f"{self._config.file}: {missing_file(path)}")
         board, roads = read_storyboard(path, self._config.parameters)
         return board, read_network(roads)
+
+    def _idle_events(self, board: Storyboard, network: RoadNetwork) -> tuple[str, ...]:
+        """Run the storyboard to its end, and return a warning of the events that never start."""
+        run = StoryboardRun(board, network)
+        with suppress(TrafficInputError):  # the run of the frames says it
+            while run.time < LOOKED_AT_S and not run.stopped and self._config.ego in run.travellers:
+                run.advance(self.dt / self._steps)
+        if names := ", ".join(run.never_started()):
+            return (
+                f"{self._config.file}: events that do not start until {run.time:.1f} s: {names}; check their triggers",
+            )
+        return ()
 
     def _advance(self, layer: PhysicalTruth) -> None:
         """Push the next raw frame, or end the run after the ego or the storyboard."""

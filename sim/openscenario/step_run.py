@@ -47,6 +47,11 @@ class StepRun:
         """Return the element and all below it."""
         return [self, *(one for child in self.children for one in child.all())]
 
+    @property
+    def has_started(self) -> bool:
+        """Return whether the element has started or been skipped."""
+        return bool({"startTransition", "skipTransition"} & self._transitions.keys())
+
     def has_state(self, state: str, instant: int) -> bool:
         """Return whether the element has a state, or has just made a transition."""
         return self.state == state or instant - self._transitions.get(state, -10) <= MOMENTS

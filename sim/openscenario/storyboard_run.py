@@ -61,6 +61,10 @@ class StoryboardRun:
         """Return whether a storyboard element has a state, or makes a transition at this or the previous instant."""
         return self._runs[element].has_state(state, self.instant)
 
+    def never_started(self) -> list[str]:
+        """Return the names of the events that have not started, nor been skipped, until now."""
+        return [run.step.name for run in self._runs.values() if run.step.kind == "event" and not run.has_started]
+
     def begin(self, name: str, action: Action, source: XmlElement) -> Change | None:
         """Begin an action of an entity, in place of an earlier one in the same direction; None if it has left."""
         own = self.travellers.get(name)

@@ -11,6 +11,7 @@ from luxloop.sim.kinematics import RawFrame, wrap_angle
 from luxloop.sim.obstacles import obstacles
 from luxloop.sim.origin import origin_near
 from luxloop.sim.physical.layer import PhysicalTruth
+from luxloop.sim.replay.contradictions import contradictions
 from luxloop.sim.replay.recording import Recording
 from luxloop.sim.replay.recording_files import read_recording
 from luxloop.sim.replay.replay_config import ReplayTraffic
@@ -55,6 +56,8 @@ class ReplaySource:
             if self._recording is None:
                 self._recording = read_recording(self._folder / self._config.file, self._config.types)
                 self._trajectories = Trajectories.of(self._recording, self._config.gap_s)
+                found = contradictions(self._recording, self._trajectories)
+                self.warnings = tuple(f"{self._config.file}: {warning}" for warning in found)
             self._ego, self._begin = self._beginning(self._recording)
         except TrafficInputError as error:
             raise TrafficInputError(f"{self._config.file}: {error}") from error

@@ -22,14 +22,13 @@ REPORT = "report it with the traceback above, the command, and the output of lux
 ZERO = "internal error (ZeroDivisionError planted): this is a defect of luxloop: " + REPORT
 DEFECT = """\
 from luxloop.scenarios.grading.grader import Grader
-from luxloop.tracker.tracker import Tracker
 
 def fail(*_):
     raise ZeroDivisionError("planted")
 
 Grader.add = fail
 """
-"""A tracker whose import plants a defect into the grader of its process."""
+"""A module that plants a defect into the grader of each process that imports it at its start, as Python does."""
 
 
 @pytest.fixture(autouse=True)
@@ -114,10 +113,12 @@ def test_a_sweep_keeps_the_rows_and_ends_with_70(tmp_path, capfd):
 
 
 @pytest.mark.slow
-def test_worker_processes_of_a_sweep_print_the_traceback(tmp_path):
+def test_worker_processes_of_a_sweep_print_the_traceback(tmp_path, monkeypatch):
     study = small_study(tmp_path)
-    (tmp_path / "defect.py").write_text(DEFECT)
-    code, _, err = sweep(study, "--tracker", "defect.py:Tracker", "--workers", "2")
+    (tmp_path / "planted").mkdir()
+    (tmp_path / "planted" / "sitecustomize.py").write_text(DEFECT)
+    monkeypatch.syspath_prepend(tmp_path / "planted")
+    code, _, err = sweep(study, "--workers", "2")
     assert code == 70
     assert err.startswith("Traceback (most recent call last):")
     assert REPORT in err.splitlines()[-1]

@@ -64,8 +64,14 @@
     const size = Math.max(1.5, Math.min(4, 0.12 * scale()));
     if (shown("points")) ["faint", "sky", "red"].forEach((color, k) => dots(ink, frame.points[k] || [], color, size + (k ? 0.7 : 0)));
     const truth = shown("truth") ? frame.truth : [];
-    truth.forEach(([x, y, yaw, length, width, , graded]) =>
-      outline(ink, [x, y, yaw, length, width], graded ? "ink" : "muted", 1.2, graded ? [] : [3, 3]));
+    truth.forEach(([x, y, yaw, length, width, , graded]) => {
+      outline(ink, [x, y, yaw, length, width], graded ? "ink" : "muted", 1.2, graded ? [] : [3, 3]);
+      const cos = Math.cos(yaw / 1000), sin = Math.sin(yaw / 1000);
+      ink.beginPath();
+      for (const [along, across] of [[length / 2, width / 2], [length / 2 - width / 4, 0], [length / 2, -width / 2]])
+        ink.lineTo(...px((x + along * cos - across * sin) / 100, (y + along * sin + across * cos) / 100));
+      ink.stroke();
+    });
     if (shown("fits")) frame.fits.forEach((rows, k) => shown("tracker-" + k) && rows.forEach(box => outline(ink, box, many ? colors[k] : "orange", 1.5, many ? [1, 2] : [])));
     tracks(ink, frame);
     truth.forEach(([x, y, , , , name, graded]) => graded && name >= 0 && write(ink, data.names[name], px(x / 100, y / 100), "ink", false));

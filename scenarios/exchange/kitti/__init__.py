@@ -32,7 +32,7 @@ def read_boxes(path: Path, role: Role) -> "list[BoxTable]":
     """Return the boxes of a sequence. See `BoxFormat`."""
     from luxloop.scenarios.exchange.kitti import kitti_labels
 
-    return [kitti_labels.read_folder(path, role) if path.is_dir() else kitti_labels.read(path)]
+    return kitti_labels.read_boxes(path, role)
 
 
 def open_recording(paths: list[Path], options: "ReadOptions") -> "DataSet":

@@ -9,12 +9,13 @@ and rotation_y turns clockwise seen from above, so the heading is -rotation_y - 
 """
 
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.exchange.box_table import BoxTable, checked, joined, lower_classes
+from luxloop.scenarios.exchange.box_table import IMAGE_AXES, BoxTable, Texts, checked, joined, lower_classes
 from luxloop.scenarios.exchange.file_formats import Role
 
 LABELS = ("training/label_02", "label_02", ".")
@@ -46,16 +47,26 @@ def sequences(folder: Path, role: Role) -> list[Path]:
     return found
 
 
-def read_folder(folder: Path, role: Role) -> BoxTable:
-    """Return the boxes of all sequences of a folder; of several, each is a scene.
+def read_boxes(path: Path, role: Role) -> list[BoxTable]:
+    """Return the boxes of a file, or of all sequences of a folder, of which each of several is a scene.
+
+    They are in camera axes and, where every line has such a box, in the image. Files of trackers in the image have
+    only these.
 
     Raises
     ------
     TracksError
-        There is none, or a file is invalid.
+        There is no file, or one is invalid.
     """
-    files = sequences(folder, role)
-    return joined(folder, {file.stem: read(file) for file in files}) if len(files) > 1 else read(files[0])
+    files = sequences(path, role) if path.is_dir() else [path]
+    labels = {file.stem: Labels.of(file) for file in files}
+    flat = role == "tracks" and all((each.values["length"] <= 0.0).all() for each in labels.values())
+    flat = flat and any(len(each.place) for each in labels.values())
+    in_image = all((each.image_boxes()[:, 3:] > 0.0).all() for each in labels.values())
+    makers = [] if flat and in_image else [Labels.on_the_ground]
+    makers += [Labels.in_the_image] if in_image else []
+    tables = [{name: make(each) for name, each in labels.items()} for make in makers]
+    return [joined(path, of_axes) if len(files) > 1 else next(iter(of_axes.values())) for of_axes in tables]
 
 
 def _sequences(folder: Path) -> list[Path]:
@@ -69,45 +80,108 @@ FIELDS = (
 NUMBERS = tuple(name for name in FIELDS if name not in ("track_id", "type"))
 TYPES = ("Car", "Van", "Truck", "Pedestrian", "Person", "Person_sitting", "Cyclist", "Tram", "Misc")
 IGNORED = "dontcare"
-"""Type of regions without labels; they have no 3D box and are not read."""
+"""Type of regions of the image without labels; they have no box on the ground."""
 
 
 def read(path: Path) -> BoxTable:
-    """Return the boxes of a file of labels or results.
+    """Return the boxes of a file of labels or results in camera axes.
 
     Raises
     ------
     TracksError
         The file cannot be read, or a line is invalid.
     """
-    lines = _lines(path)
-    rows = [(number, words) for number, words in lines if words[2].lower() != IGNORED]
-    place = [number for number, _ in rows]
-    values = {name: np.empty(len(rows)) for name in NUMBERS}
-    for row, (number, words) in enumerate(rows):
-        for name, word in zip(FIELDS, words, strict=False):
-            if name in values:
-                values[name][row] = _number(path, number, name, word)
+    return Labels.of(path).on_the_ground()
 
-    def line(row: int) -> str:
-        return f"line {place[row]}"
 
-    frame = _integers(path, place, "frame", values["frame"])
-    types = np.array([words[2] for _, words in rows], dtype=np.str_)
-    scored = bool(rows) and len(rows[0][1]) == len(FIELDS)
-    table = BoxTable(
-        source=path,
-        axes="camera",
-        frame=frame,
-        id=np.array([words[1] for _, words in rows], dtype=np.str_),
-        boxes=_boxes(values),
-        z_m=0.5 * values["height"] - values["y"],
-        height_m=values["height"],
-        score=values["score"] if scored else None,
-        occluded=_integers(path, place, "occluded", values["occluded"]),
-        kind=lower_classes(path, "type", types, TYPES, line),
-    )
-    return checked(table, line)
+class Labels(NamedTuple):
+    """Lines of a file."""
+
+    path: Path
+    place: Ints
+    """(N,) numbers of the lines."""
+    id: Texts
+    kind: Texts
+    """(N,) types in lower case."""
+    values: dict[str, Floats]
+    """(N,) by the names of `NUMBERS`."""
+
+    @classmethod
+    def of(cls, path: Path) -> "Labels":
+        """Read a file; errors as of `read`."""
+        rows = _lines(path)
+        place = [number for number, _ in rows]
+        values = {
+            name: np.array([_number(path, number, name, words[at]) for number, words in rows], np.float64)
+            for at, name in enumerate(FIELDS)
+            if name in NUMBERS and (name != "score" or _scored(rows))
+        }
+        types = np.array([words[2] for _, words in rows], dtype=np.str_)
+        kind = lower_classes(path, "type", types, (*TYPES, "DontCare"), lambda row: f"line {place[row]}")
+        return cls(
+            path, np.array(place, np.int64), np.array([words[1] for _, words in rows], dtype=np.str_), kind, values
+        )
+
+    def on_the_ground(self) -> BoxTable:
+        """Return the boxes in camera axes, without regions."""
+        labels = self._select(self.kind != IGNORED)
+        values = labels.values
+        table = BoxTable(
+            axes="camera",
+            boxes=_boxes(values),
+            z_m=0.5 * values["height"] - values["y"],
+            height_m=values["height"],
+            **labels._columns(),
+        )
+        return checked(table, labels._line)
+
+    def in_the_image(self) -> BoxTable:
+        """Return the boxes in the image, and the regions; boxes with negative ids are left out, as in the benchmark."""
+        region = self.kind == IGNORED
+        labels = self._select(region | ~np.char.startswith(self.id, "-"))
+        columns = labels._columns()
+        numbered = np.char.add("region of line ", labels.place.astype(np.str_))
+        columns["id"] = np.where(labels.kind == IGNORED, numbered, labels.id)
+        table = BoxTable(
+            axes=IMAGE_AXES,
+            boxes=labels.image_boxes(),
+            truncated=np.trunc(labels.values["truncated"]).astype(np.int64),
+            **columns,
+        )
+        return checked(table, labels._line)
+
+    def image_boxes(self) -> Floats:
+        """(N, 5) centre, heading 0, width and height in the image [pixels]."""
+        left, top, right, bottom = (self.values[name] for name in ("left", "top", "right", "bottom"))
+        return np.column_stack(
+            [0.5 * (left + right), 0.5 * (top + bottom), np.zeros(len(left)), right - left, bottom - top]
+        )
+
+    def _columns(self) -> dict[str, Any]:
+        """Return the columns that all axes have."""
+        return {
+            "source": self.path,
+            "frame": self._integers("frame"),
+            "id": self.id,
+            "score": self.values.get("score"),
+            "occluded": self._integers("occluded"),
+            "kind": self.kind,
+        }
+
+    def _integers(self, name: str) -> Ints:
+        values = self.values[name]
+        valid = (values == np.rint(values)) & (np.abs(values) < 2**53)
+        if not valid.all():
+            row = int(np.argmin(valid))
+            raise TracksError(f"{self.path}: {self._line(row)}, {name}: {values[row]:g}: should be an integer")
+        return values.astype(np.int64)
+
+    def _select(self, rows: Bools) -> "Labels":
+        values = {name: column[rows] for name, column in self.values.items()}
+        return Labels(self.path, self.place[rows], self.id[rows], self.kind[rows], values)
+
+    def _line(self, row: int) -> str:
+        return f"line {self.place[row]}"
 
 
 def heading(rotation_y: Floats) -> Floats:
@@ -148,9 +222,5 @@ def _number(path: Path, line: int, name: str, word: str) -> float:
         raise TracksError(f"{path}: line {line}, {name}: {word[:60]}: should be a number") from error
 
 
-def _integers(path: Path, place: list[int], name: str, values: Floats) -> Ints:
-    valid = (values == np.rint(values)) & (np.abs(values) < 2**53)
-    if not valid.all():
-        row = int(np.argmin(valid))
-        raise TracksError(f"{path}: line {place[row]}, {name}: {values[row]:g}: should be an integer")
-    return values.astype(np.int64)
+def _scored(rows: list[tuple[int, list[str]]]) -> bool:
+    return bool(rows) and len(rows[0][1]) == len(FIELDS)

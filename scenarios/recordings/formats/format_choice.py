@@ -25,6 +25,8 @@ class ReadOptions:
     """Metadata of an Ouster sensor; the JSON file beside the capture if None."""
     by_log: bool = False
     """True if messages have the times at which they were logged, and not those of their stamps."""
+    time_unit_s: float | None = None
+    """Unit of the times of points [s]; found from their type and from the duration of a sweep if None."""
     scene: str | None = None
     """Scene, sequence or log of a data set; its only one if None."""
 

@@ -46,7 +46,7 @@ def open_recording(paths: list[Path], options: "ReadOptions") -> RosTopics:
         for path in sorted(summaries, key=lambda path: _begin_ns(summaries[path])):
             yield from _messages(path, topics)
 
-    return RosTopics.of(str(paths[0]), types, counts, list(options.topics), messages, by_log=options.by_log)
+    return RosTopics.of(str(paths[0]), types, counts, options, messages)
 
 
 def _summary(path: Path) -> Any:

@@ -95,7 +95,7 @@ class PcdHeader:
 
 def open_recording(paths: list[Path], options: "ReadOptions") -> PointFiles:
     """Take files as sweeps of a constant rate. See `RecordingFormat`."""
-    return PointFiles(paths, read_pcd, "PCD", 1.0 / options.rate_hz)
+    return PointFiles(paths, read_pcd, "PCD", 1.0 / options.rate_hz, options.time_unit_s)
 
 
 def read_pcd(path: Path) -> npt.NDArray[np.void]:

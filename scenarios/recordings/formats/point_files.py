@@ -22,7 +22,7 @@ LONGEST_SWEEP_S = 2.0
 """[s] Longest sweep: LIDARs take 0.02 to 0.2 s. Units differ by 1000, so that one unit fits the times of a sweep."""
 
 
-def sweep_of_table(table: npt.NDArray[np.void], time: float, unit: int) -> Sweep:
+def sweep_of_table(table: npt.NDArray[np.void], time: float, unit: int, time_unit_s: float | None = None) -> Sweep:
     """Return the points of a structured array (N,). Missing returns, NaN or at the origin, are left out.
 
     Parameters
@@ -33,11 +33,13 @@ def sweep_of_table(table: npt.NDArray[np.void], time: float, unit: int) -> Sweep
         Time of the sweep [s].
     unit
         Number of the LIDAR.
+    time_unit_s
+        See `ReadOptions.time_unit_s`.
 
     Raises
     ------
     InputError
-        A coordinate is missing, or a point has several values of a field.
+        A coordinate is missing, a point has several values of a field, or the times are not those of a sweep.
     """
     names = table.dtype.names or ()
     if missing := [name for name in "xyz" if name not in names]:
@@ -50,11 +52,11 @@ def sweep_of_table(table: npt.NDArray[np.void], time: float, unit: int) -> Sweep
         points = np.column_stack([table[name].astype(np.float64) for name in "xyz"])
         ring = table[ringed].astype(np.int64) if ringed else None
     kept = np.isfinite(points).all(axis=1) & (points != 0.0).any(axis=1)
-    offset = _time_offset(timed, table[timed], time) if timed else np.zeros(len(points))
+    offset = _time_offset(timed, table[timed], time, time_unit_s) if timed else np.zeros(len(points))
     return Sweep(time, unit, points, offset, ring).subset(kept & np.isfinite(offset))
 
 
-def _time_offset(name: str, values: npt.NDArray[Any], time: float) -> Floats:
+def _time_offset(name: str, values: npt.NDArray[Any], time: float, time_unit_s: float | None) -> Floats:
     """Return times (N,) after that of the sweep [s]; NaN stays NaN.
 
     Integers are nanoseconds. Floats have the largest unit by which the sweep is not too long. Times on a clock become
@@ -65,11 +67,13 @@ def _time_offset(name: str, values: npt.NDArray[Any], time: float) -> Floats:
         return np.full(len(values), np.nan)
     span = float(finite.max()) - float(finite.min())
     units_s = UNITS_S[-1:] if values.dtype.kind in "iu" else UNITS_S
+    units_s = (time_unit_s,) if time_unit_s else units_s
     unit_s = next((unit_s for unit_s in units_s if span * unit_s <= LONGEST_SWEEP_S), None)
     if unit_s is None:
         raise InputError(
-            f"the times of the points, field {name}, span {span * units_s[-1]:.3g} s as nanoseconds; a sweep takes at "
-            f"most {LONGEST_SWEEP_S:g} s: write each sweep as a message or file of its own"
+            f"the times of the points, field {name}, span {span * units_s[-1]:.3g} s in units of {units_s[-1]:g} s; a "
+            f"sweep takes at most {LONGEST_SWEEP_S:g} s: give the unit by --time-unit, and each sweep in a message or "
+            "file of its own"
         )
     first_s = float(finite.min()) * unit_s
     if first_s <= LONGEST_SWEEP_S:
@@ -89,6 +93,8 @@ class PointFiles:
     """Name of the format in messages."""
     period_s: float
     """Time between two files [s]."""
+    time_unit_s: float | None = None
+    """See `ReadOptions.time_unit_s`."""
 
     @property
     def count(self) -> int | None:
@@ -99,7 +105,7 @@ class PointFiles:
         """Yield the points of each file."""
         for number, path in enumerate(self.paths):
             with readable(path, self.what):
-                sweep = sweep_of_table(self.read(path), number * self.period_s, 0)
+                sweep = sweep_of_table(self.read(path), number * self.period_s, 0, self.time_unit_s)
             yield sweep
 
     def poses(self, name: str) -> PoseList:

@@ -41,7 +41,7 @@ def open_recording(paths: list[Path], options: "ReadOptions") -> RosTopics:
                 message = reader.deserialize(raw, connection.msgtype)
                 yield connection.topic, NANOSECONDS * logged_ns, message
 
-    return RosTopics.of(str(paths[0]), types, counts, list(options.topics), messages, by_log=options.by_log)
+    return RosTopics.of(str(paths[0]), types, counts, options, messages)
 
 
 def _limit_expansion(reader: Any) -> None:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,9 @@ from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.formats.point_files import sweep_of_table
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep
+
+if TYPE_CHECKING:
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
 
 CLOUD, LASER = "sensor_msgs/PointCloud2", "sensor_msgs/LaserScan"
 LIVOX = ("livox_ros_driver/CustomMsg", "livox_ros_driver2/CustomMsg")
@@ -58,8 +61,8 @@ def pose_rows(kind: str, message: Any, logged_s: float) -> Iterator[tuple[str, s
         yield part.header.frame_id.lstrip("/"), body.lstrip("/"), row
 
 
-def sweep_of(kind: str, message: Any, logged_s: float, unit: int) -> Sweep:
-    """Return the points of a `LaserScan`, a `PointCloud2`, or a `CustomMsg` of Livox.
+def sweep_of(kind: str, message: Any, logged_s: float, unit: int, time_unit_s: float | None = None) -> Sweep:
+    """Return the points of a `LaserScan`, a `PointCloud2` with times in a unit, or a `CustomMsg` of Livox.
 
     Raises
     ------
@@ -69,7 +72,9 @@ def sweep_of(kind: str, message: Any, logged_s: float, unit: int) -> Sweep:
     time = stamp_of(message, logged_s)
     if kind == LASER:
         return _laser(message, time, unit)
-    return sweep_of_table(_livox_table(message) if kind in LIVOX else _table(message), time, unit)
+    if kind in LIVOX:
+        return sweep_of_table(_livox_table(message), time, unit)
+    return sweep_of_table(_table(message), time, unit, time_unit_s)
 
 
 def _laser(message: Any, time: float, unit: int) -> Sweep:
@@ -141,8 +146,8 @@ class RosTopics:
     topics: list[str]
     """Topics of the sweeps; the position of a topic is the number of its LIDAR."""
     messages: Messages
-    by_log: bool
-    """True if messages have the times at which they were logged, and not those of their stamps."""
+    options: "ReadOptions"
+    """Clock of the messages, and unit of the times of points."""
 
     @classmethod
     def of(
@@ -150,10 +155,8 @@ class RosTopics:
         name: str,
         types: dict[str, str],
         counts: dict[str, int],
-        wanted: list[str],
+        options: "ReadOptions",
         messages: Messages,
-        *,
-        by_log: bool = False,
     ) -> "RosTopics":
         """Choose the topics of the sweeps: the wanted ones, or the only one.
 
@@ -162,6 +165,7 @@ class RosTopics:
         InputError
             A topic does not exist or has no points, or the choice is not clear.
         """
+        wanted = list(options.topics)
         types = {topic: short_type(kind) for topic, kind in types.items()}
         known = sorted(topic for topic, kind in types.items() if kind in SWEEPS)
         for topic in wanted:
@@ -171,7 +175,7 @@ class RosTopics:
             raise InputError(f"{name}: no topic with {_readable()}; {_listed(known, types)}")
         if not wanted and len(known) != 1:
             raise InputError(f"{name}: name a topic of LIDAR points with --topic; {_listed(known, types)}")
-        return cls(name, types, counts, wanted or known, messages, by_log)
+        return cls(name, types, counts, wanted or known, messages, options)
 
     @property
     def count(self) -> int | None:
@@ -181,10 +185,10 @@ class RosTopics:
     def sweeps(self) -> Iterator[Sweep]:
         """Yield the sweeps of all topics in the order of the recording."""
         for topic, logged_s, message in self.messages(self.topics):
-            kind = self.types[topic]
+            kind, unit = self.types[topic], self.topics.index(topic)
             with readable(Path(self.name), f"{kind} on {topic}"):
-                sweep = sweep_of(kind, message, logged_s, self.topics.index(topic))
-            yield replace(sweep, time=logged_s) if self.by_log else sweep
+                sweep = sweep_of(kind, message, logged_s, unit, self.options.time_unit_s)
+            yield replace(sweep, time=logged_s) if self.options.by_log else sweep
 
     def poses(self, name: str) -> PoseList:
         """Return the poses of `TOPIC`, or of the transform `TOPIC:PARENT:CHILD`.
@@ -209,7 +213,7 @@ class RosTopics:
             for frame, body, row in rows:
                 if not child or (frame, body) == (parent.lstrip("/"), child.lstrip("/")):
                     found.frame = frame
-                    found.rows.append((logged_s, *row[1:]) if self.by_log else row)
+                    found.rows.append((logged_s, *row[1:]) if self.options.by_log else row)
         if not found.rows:
             raise InputError(f"{self.name}: {name}: has no poses")
         return found

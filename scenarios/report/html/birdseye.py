@@ -59,7 +59,7 @@ def _outlines(boxes: Floats) -> Floats:
 
 
 def draw_truth(axes: "Axes", truth: pd.DataFrame, ego: Floats) -> None:
-    """Draw true boxes in thin lines with the vehicle's name, dashed if not graded."""
+    """Draw true boxes in thin lines with a wedge at their front and the vehicle's name, dashed if not graded."""
     pose = into_frame(truth[POSE_WORLD].to_numpy(np.float64), ego)
     bend, kind = angles_of(truth), kinds_of(truth["kind"])
     row, poses, sizes = parts(pose, truth[SIZE].to_numpy(np.float64), bend, kind)
@@ -67,9 +67,18 @@ def draw_truth(axes: "Axes", truth: pd.DataFrame, ego: Floats) -> None:
     for k, outline in zip(row, _outlines(np.hstack([poses, sizes])), strict=True):
         color, line = (INK, "-") if graded[k] else (MUTED, (0, (3, 2)))
         axes.add_patch(_polygon(outline, fill=False, edgecolor=color, linestyle=line, linewidth=1.0))
+        axes.plot(*wedge(outline).T, color=color, lw=1.0)
     for at, name, counts in zip(to_canvas(pose[:, :2]), truth["name"], graded, strict=True):
         if counts:
             axes.text(at[0], at[1], name, color=INK, fontsize=7.0, ha="center", va="center", clip_on=True)
+
+
+def wedge(outline: Floats) -> Floats:
+    """Return the mark (3, 2) at the front of a box with corners (4, 2): from one front corner inwards to the other."""
+    left, rear_left, rear_right, right = outline
+    inwards = 0.25 * np.linalg.norm(right - left) / np.linalg.norm(rear_left - left)
+    inner = 0.5 * (left + right) + inwards * (0.5 * (rear_left + rear_right) - 0.5 * (left + right))
+    return np.array([left, inner, right])
 
 
 def draw_fits(axes: "Axes", fits: pd.DataFrame) -> None:

@@ -209,8 +209,8 @@ SAME_SCANS = (
     "luxloop compare."
 )
 MARKS = (
-    "True boxes are thin, with the names of the vehicles. Tracks have the colour of their tracker, a line at their "
-    "front for the track heading, and their id; they are dashed if coasting."
+    "True boxes are thin, with a wedge at their front and the names of the vehicles. Tracks have the colour of their "
+    "tracker, a line at their front for the track heading, and their id; they are dashed if coasting."
 )
 LEAST, MOST = 2, 4
 """Frames of each tracker: at least so many snapshots, at most so many frames."""

@@ -10,11 +10,15 @@ import pytest
 from support.optional import need
 from support.paths import CATALOG, NETS
 
-from luxloop.scenarios.authoring.draft import TypeGuesses
+from luxloop.scenarios.authoring import new_scenario
+from luxloop.scenarios.authoring.draft import Draft, TypeGuesses
 from luxloop.scenarios.authoring.new_scenario import scenario_text
 from luxloop.scenarios.authoring.traffic_input import files_beside, read_input
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.run.warm_up import car_ahead
+from luxloop.sim.source import TrafficEndedError
+from luxloop.sim.world import Collision
 
 CROSSING = CATALOG / "urban/sumo-crossing"
 WIZARD = NETS / "osm-wizard"
@@ -173,6 +177,33 @@ def test_the_file_says_what_was_chosen_and_that_limits_are_defaults(written):
     # the limits do not depend on the traffic
     assert scenario.expect["dataset.observations"].min == 0.5 * 12.5 * 4
     assert scenario.expect["track.id_switches_in_view"].max == 1
+
+
+class Crashing:
+    """Traffic that ends after 50 frames, because a car that no frame shows hits the ego."""
+
+    dt, warnings, ego_name = 0.08, (), "ego"
+
+    def reset(self, _):
+        self.frames = map(car_ahead, range(50))
+
+    def step(self):
+        if (frame := next(self.frames, None)) is None:
+            raise TrafficEndedError("the ego collided", (Collision(-1, "hitter", 9.0),))
+        return frame
+
+    def close(self):
+        """Do nothing."""
+
+
+def test_an_ego_that_is_hit_at_the_end_is_not_kept_for_a_shorter_run(tmp_path, monkeypatch):
+    """A window that ends just before the collision would pass its own check."""
+    monkeypatch.setattr(new_scenario, "make_source", lambda *_: Crashing())
+    out = tmp_path / "new.toml"
+    draft = Draft("a draft", {"kind": "highway-env", "env": "highway-v0"}, duration_s=8.0, seed=1)
+    rehearsal = new_scenario.rehearse(Scenario.of(draft.document(), out))
+    assert (rehearsal.frames, rehearsal.is_hit) == (50, True)
+    assert new_scenario.grade(draft, rehearsal, out).failed == ["sim.ego_collisions = 1, limit <= 0 (the ego collided)"]
 
 
 def test_an_ego_that_a_car_hits_is_refused_since_its_own_limit_would_fail(tmp_path, capfd):

@@ -48,6 +48,10 @@ def test_kept_frame_is_the_worst_one(result):
     kept = result.tables["snapshots"].set_index("kind")
     detection = kept.loc[["detection"]].iloc[0]
     assert detection["badness"] == wrong.max() == wrong[detection["frame"]]
+    missed = truth[truth["graded"] & (truth["track_id"] < 0) & (truth["frame"] == detection["frame"])]
+    assert len(missed) == 2
+    named = "; ".join(f"no track on vehicle {name}" for name in missed["name"])
+    assert detection["what"].startswith(named)  # false tracks follow
     fit = kept.loc[["fit_heading"]].iloc[0]
     assert fit["badness"] >= fits.loc[fits["best"], "heading_error_deg"].abs().max() - 1e-9
     assert f"{fit['badness']:.1f}" in fit["what"]

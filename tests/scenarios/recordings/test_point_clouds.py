@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
 from luxloop.scenarios.recordings.formats.point_files import sweep_of_table
 from luxloop.scenarios.recordings.formats.ros_topics import CLOUD, LASER, ODOMETRY, RosTopics, sweep_of
 
@@ -81,6 +82,23 @@ def test_times_of_more_than_a_sweep_are_refused():
         sweep_of(CLOUD, message, 0.0, 0)
 
 
+@pytest.mark.parametrize(
+    ("kind", "time_unit_s", "last_s"), [("<f4", None, 1.5), ("<f4", 1e-6, 0.0015), ("<u4", 1e-6, 0.0015)]
+)
+def test_a_given_unit_replaces_that_of_the_length_of_the_sweep(kind, time_unit_s, last_s):
+    """Some LIDARs send 500 short sweeps a second: 1500 microseconds look like milliseconds."""
+    message = cloud([(1, 0, 0, 0), (2, 0, 0, 1500)], ["x", "y", "z", "time"], ["<f4", "<f4", "<f4", kind])
+    assert sweep_of(CLOUD, message, 0.0, 0, time_unit_s).time_offset == pytest.approx([0.0, last_s])
+
+
+def test_a_given_unit_by_which_a_sweep_is_too_long_is_refused():
+    message = cloud([(1, 0, 0, 0.0), (2, 0, 0, 1e5)], ["x", "y", "z", "time"], ["<f4", "<f4", "<f4", "<f4"])
+    with pytest.raises(
+        InputError, match=r"field time, span 100 s in units of 0\.001 s; .*give the unit by --time-unit"
+    ):
+        sweep_of(CLOUD, message, 0.0, 0, 1e-3)
+
+
 def test_points_without_a_time_are_left_out():
     message = cloud([(1, 0, 0, np.nan), (2, 0, 0, 0.1)], ["x", "y", "z", "time"], ["<f4", "<f4", "<f4", "<f4"])
     assert sweep_of(CLOUD, message, 0.0, 0).points[:, 0].tolist() == [2.0]
@@ -105,7 +123,7 @@ def test_a_recording_of_packets_lists_its_topics_with_types():
     types = {"/packets": "velodyne_msgs/msg/VelodyneScan", "/imu": "sensor_msgs/msg/Imu"}
     listed = r"the recording has /imu \(sensor_msgs/Imu\), /packets \(velodyne_msgs/VelodyneScan\); convert packets"
     with pytest.raises(InputError, match=listed):
-        RosTopics.of("drive", types, {"/packets": 3, "/imu": 9}, [], lambda _: [])
+        RosTopics.of("drive", types, {"/packets": 3, "/imu": 9}, ReadOptions(), lambda _: [])
 
 
 def test_an_organised_cloud_and_a_zero_stamp():

@@ -47,6 +47,12 @@ def test_pcd_of_each_kind(data, tmp_path):
     assert sweep.time_offset == pytest.approx([0.0, 0.001])
 
 
+def test_times_of_pcd_in_a_given_unit(tmp_path):
+    (tmp_path / "a.pcd").write_bytes(HEADER.format("ascii").encode() + b"1 2 3 5 0\n4 5 6 7 1000\n1 1 1 7 2000\n")
+    (sweep,) = sweeps([tmp_path / "a.pcd"], time_unit_s=1e-6)
+    assert sweep.time_offset == pytest.approx([0.0, 0.001, 0.002])
+
+
 @pytest.mark.parametrize("data", ["ascii", "binary", "binary_compressed"])
 def test_truncated_pcd_names_the_file(data, tmp_path):
     path = tmp_path / "a.pcd"

@@ -158,6 +158,7 @@ def test_coasting_track_is_labelled_and_dim(recording: Path) -> None:
     assert labels[0] == [""] * 6
     assert labels[5] == ["0 cv", "1 cv", "2 cv", "3 cv", "4 cv", "5 st"]
     assert labels[HIDDEN[0]][0] == "0 coasting"
+    assert rgb(names["Points3D:colors"][5][0]) == (255, 255, 255)  # colours of tracks are unreadable on mid grey
     bright, dim = (np.array(rgb(tracks["Boxes3D:colors"][row][0])) for row in (5, HIDDEN[0]))
     np.testing.assert_array_equal(dim, (look.DIM * bright).astype(int))
     assert abs(tracks["Boxes3D:radii"][HIDDEN[0]][0]) < abs(tracks["Boxes3D:radii"][5][0])

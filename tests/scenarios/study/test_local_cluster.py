@@ -1,5 +1,6 @@
 """Workers that are killed, slow to restart, or cannot be started again."""
 
+import errno
 import os
 import signal
 import time
@@ -37,6 +38,18 @@ def worker_process(other_than: int | None = None) -> int:
 
     until(there, pause_s=0.005)
     return found[0]
+
+
+def test_a_machine_without_loopback_is_named_at_once(monkeypatch):
+    """As in a network namespace whose loopback is down: an address can be bound, but not reached."""
+
+    def unreachable(*_, **__):
+        raise OSError(errno.ENETUNREACH, "Network is unreachable")
+
+    monkeypatch.setattr(dask_runs.socket, "create_connection", unreachable)
+    said = r"^127\.0\.0\.1 cannot be reached \(Network is unreachable\).*ip link set lo up$"
+    with pytest.raises(StudyError, match=said):
+        dask_runs.connect(1, None).__enter__()
 
 
 @pytest.mark.slow

@@ -24,8 +24,9 @@ from luxloop.tracker.tracker import Tracker
 def failing(config):
     if config.segmentation.points_min == 4:
         raise RuntimeError("four is\\ntoo many")
-    if config.segmentation.points_min == 5:
-        os.kill(os.getpid(), signal.SIGKILL)
+    if config.segmentation.points_min == 5:  # kills the worker, the parent of the tracker's parent
+        with open(f"/proc/{os.getppid()}/stat") as stat:
+            os.kill(int(stat.read().rpartition(")")[2].split()[1]), signal.SIGKILL)
     return Tracker(config)
 """
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support.paths import EXAMPLES
 from support.real_data import real_file
-from support.storyboards import STEP_S, first_time
+from support.storyboards import STEP_S, act, after, at, document, event, first_time, network, speed, trigger
 
 from luxloop.scenarios.errors import ScenarioError
 from luxloop.scenarios.files.scenario import Scenario
@@ -193,3 +193,21 @@ def test_the_other_public_examples_are_refused_by_name(name, line):
     assert str(error.value).startswith(f"{name}.xosc, line ")
     assert line in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_an_event_that_never_starts_is_a_warning(tmp_path):
+    """The first event starts after 5 s, the second after the ego has left its road of 500 m at 50 m/s."""
+    network(tmp_path)
+    events = [event(speed(50), trigger(after(seconds)), name=name) for name, seconds in (("early", 5), ("late", 30))]
+    (tmp_path / "a.xosc").write_text(document({"Ego": at(10) + speed(50)}, act(*events, start=trigger(after(0)))))
+    source = source_of(tmp_path / "a.xosc")
+    source.reset(1)
+    (warning,) = source.warnings
+    assert warning.startswith("a.xosc: events that do not start until 9.")
+    assert warning.endswith(": late; check their triggers")
+
+
+def test_the_example_has_no_idle_event():
+    source = source_of(EXAMPLES / "cut-in.xosc")
+    source.reset(1)
+    assert source.warnings == ()

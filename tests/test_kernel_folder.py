@@ -1,0 +1,60 @@
+"""Kernels of a read-only installation without a writable home go to the temporary folder."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from luxloop import kernel_folder
+
+
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    """Return an empty temporary folder of a process without a writable home."""
+    monkeypatch.delenv(kernel_folder.VARIABLE, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null/none")
+    monkeypatch.setattr(kernel_folder.tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+# A path below a file can be written by nobody, not even by root.
+READ_ONLY = "/dev/null/luxloop"
+
+
+def test_a_read_only_installation_has_a_folder_of_the_user_alone(temporary):
+    kernel_folder.choose(kernel_folder.Path(READ_ONLY))
+    folder = temporary / f"luxloop-kernels-{os.getuid()}"
+    assert os.environ.pop(kernel_folder.VARIABLE) == str(folder)
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_user_without_a_home_has_it_too(temporary, monkeypatch):
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr(kernel_folder.os.path, "expanduser", lambda path: path)
+    kernel_folder.choose(kernel_folder.Path(READ_ONLY))
+    assert os.environ.pop(kernel_folder.VARIABLE).startswith(str(temporary))
+
+
+def test_a_folder_that_others_can_write_is_not_used(temporary):
+    (temporary / f"luxloop-kernels-{os.getuid()}").mkdir()
+    (temporary / f"luxloop-kernels-{os.getuid()}").chmod(0o777)
+    kernel_folder.choose(kernel_folder.Path(READ_ONLY))
+    assert kernel_folder.VARIABLE not in os.environ
+
+
+@pytest.mark.parametrize("writable", ["package", "home", "variable"])
+def test_where_something_is_writable_nothing_changes(writable, temporary, monkeypatch):
+    if writable == "home":
+        monkeypatch.setenv("XDG_CACHE_HOME", str(temporary / "a" / "b"))
+    if writable == "variable":
+        monkeypatch.setenv(kernel_folder.VARIABLE, "/kept")
+    kernel_folder.choose(temporary if writable == "package" else kernel_folder.Path(READ_ONLY))
+    assert os.environ.get(kernel_folder.VARIABLE) == ("/kept" if writable == "variable" else None)
+    assert not list(temporary.iterdir())
+
+
+def test_the_package_chooses_before_numba_is_imported():
+    program = "import sys, luxloop; print('luxloop.kernel_folder' in sys.modules, 'numba' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True", "False"]
