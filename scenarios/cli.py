@@ -91,8 +91,8 @@ COMMANDS: dict[str, dict[str, tuple[Callable[..., None], str]]] = {
         "baseline": (compare.baseline, "Write the baseline file of a comparison."),
         "trends": (compare.trends, "Draw the key metrics over many baselines."),
         "league": (league.league, "Run several trackers on the same scans."),
-        "ceiling": (compare.ceiling, "Print HOTA beside what the scans allow."),
         "blame": (compare.blame, "Measure the error that each stage of the tracker causes."),
+        "ceiling": (compare.ceiling, "Print HOTA beside what the scans allow."),
     },
     "Study": {
         "sweep": (study.sweep, "Run all combinations of a study's parameters."),

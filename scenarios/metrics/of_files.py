@@ -34,6 +34,8 @@ COLUMNS = {
     "standing": "motion",
     "moving": "motion",
     "standing_since_seen": "motion",
+    "stopped": "motion",
+    "parked": "motion",
     "velocity_error_mps": "velocity",
     "speed_mps": "velocity",
     "speed_error_mps": "velocity",

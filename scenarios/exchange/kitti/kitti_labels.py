@@ -60,7 +60,8 @@ def read_boxes(path: Path, role: Role) -> list[BoxTable]:
     """
     files = sequences(path, role) if path.is_dir() else [path]
     labels = {file.stem: Labels.of(file) for file in files}
-    flat = role == "tracks" and all((each.values["length"] <= 0.0).all() for each in labels.values())
+    sizes = [each.values[name] for each in labels.values() for name in ("height", "width", "length")]
+    flat = role == "tracks" and all((size <= 0.0).all() for size in sizes)  # results of the image have -1
     flat = flat and any(len(each.place) for each in labels.values())
     in_image = all((each.image_boxes()[:, 3:] > 0.0).all() for each in labels.values())
     makers = [] if flat and in_image else [Labels.on_the_ground]

@@ -282,7 +282,7 @@ def result(**changes):
         ("b.mcap", "\0\0", "b.mcap: cannot be read"),
         ("b.parquet", "\0\0", "b.parquet: cannot be read"),
         ("b.mcap", "\0,\0\n", "b.mcap: cannot be read ("),
-        ("b.parquet", "\0,\0\n", "b.parquet: cannot be read (Error creating dataset"),
+        ("b.parquet", "\0,\0\n", "b.parquet: cannot be read (Parquet file size is 4 bytes"),
         ("b.bin", "\0,\0\n", "b.bin: no known format; name it with --truth-format or --tracks-format"),
     ],
 )  # fmt: skip

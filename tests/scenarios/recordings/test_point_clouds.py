@@ -147,7 +147,7 @@ def test_a_cloud_that_contradicts_itself_is_an_error():
 
 
 def of_message(kind, message):
-    return RosTopics("drive.bag", {"/p": kind}, {"/p": 1}, ["/p"], lambda _: [("/p", 1.0, message)], by_log=False)
+    return RosTopics("drive.bag", {"/p": kind}, {"/p": 1}, ["/p"], lambda _: [("/p", 1.0, message)], ReadOptions())
 
 
 def with_fields(*fields):
