@@ -17,7 +17,7 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, occlusions, track_errors, track_metrics
 from luxloop.scenarios.grading.articulated import angles_of
 from luxloop.scenarios.grading.clear_table import HitStep, TrackingSequence, clear_hits, tracking_sequence
-from luxloop.scenarios.grading.frame_tables import models_of
+from luxloop.scenarios.grading.frame_tables import models_of, rows_by_actor
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.metrics.definition import BANDS, band
 from luxloop.scenarios.metrics.definitions import (
@@ -267,7 +267,7 @@ class RunObservations:
         if name == "hit_iou":
             return clear_table.hit_overlaps(self.clear, self.sequence, self.hits)
         if name == "standing_since_seen":
-            return _standing_since_seen(table, self.truth)
+            return self._standing_since_seen(table)
         if name == "long":
             return np.asarray(table["length_m"].to_numpy() > LONG_M)
         if name == "outside_largest_segment_share":
@@ -295,7 +295,7 @@ class RunObservations:
         if name in _OF_MOTION:
             return _OF_MOTION[name](rows)
         if name in ("stopped", "parked"):
-            since_seen = _standing_since_seen(rows.table, self.truth)
+            since_seen = self._standing_since_seen(rows.table)
             return np.asarray(rows["standing"].astype(np.bool_) & (since_seen == (name == "parked")))
         if name == "changing":
             return mma_metrics.around_changes(rows.table, self.truth)
@@ -304,6 +304,24 @@ class RunObservations:
                 estimate = name.removesuffix(f"_ahead_{label}_error_m")
                 return mma_metrics.distance(rows.table, self._corner_ahead(seconds), estimate, label)
         return mma_metrics.corner_column(rows.table, name, self.config.nees_confidence)
+
+    def _standing_since_seen(self, rows: pd.DataFrame) -> Bools:
+        """(n,) mask of the rows of vehicles that have not moved since the first frame with a point on them."""
+        starts = [self._first_motion.get(actor, np.inf) for actor in rows["actor_id"].tolist()]
+        return np.asarray(rows["frame"].to_numpy() < np.array(starts), np.bool_)
+
+    @cached_property
+    def _first_motion(self) -> dict[int, int]:
+        """First frame in which an actor moves in sight, by its id."""
+        truth, found = self.truth, {}
+        frame, is_seen = truth["frame"].to_numpy(), truth["points"].to_numpy() != 0
+        moves = (truth["mode"] != MODELS[0]).to_numpy()
+        in_time = np.argsort(frame, kind="stable")
+        for actor, rows in rows_by_actor(truth["actor_id"].to_numpy(), in_time):
+            moving = rows[moves[rows] & np.logical_or.accumulate(is_seen[rows])]
+            if len(moving):
+                found[actor] = int(frame[moving[0]])
+        return found
 
     def _corner_ahead(self, seconds: float) -> Floats:
         """(K, 2) true positions of the tracked corners some time ahead [m], made once for all estimates."""
@@ -358,15 +376,6 @@ def _of_fit(rows: Observations, name: str) -> Column | None:
 
 def _of_cause(rows: Observations, name: str) -> Column | None:
     return np.asarray(rows.table["cause"] == name)
-
-
-def _standing_since_seen(rows: pd.DataFrame, truth: pd.DataFrame) -> Bools:
-    """(n,) mask of the rows of vehicles that have not moved since the first frame with a point on them."""
-    first = truth[truth["points"] != 0].groupby("actor_id")["frame"].min()
-    moving = truth[truth["mode"] != MODELS[0]]
-    moving = moving[moving["frame"] >= moving["actor_id"].map(first)]
-    starts = moving.groupby("actor_id")["frame"].min()
-    return np.asarray(rows["frame"] < rows["actor_id"].map(starts).fillna(np.inf), dtype=np.bool_)
 
 
 def _time_without_hit_s(vehicles: pd.DataFrame, is_hit: Bools) -> Floats:
