@@ -51,7 +51,7 @@ class PoseNoise:
 
 @dataclass(slots=True, eq=False)
 class Sighted:
-    """What is known of a vehicle since its track began."""
+    """Known extent of a vehicle since its track began."""
 
     track_id: int
     seen_s: float

@@ -79,9 +79,7 @@ def _with_truth(tracker: Tracker, replaced: frozenset[Stage], context: OracleCon
         associator.score = OracleScore(associator.score, context)
     if Stage.MODEL in replaced:
         models = OracleModelSelection(tracker.config.mma, context)
-    recording: TrackManagement = ActorRecorder(deciding, context)
-    if Stage.SIZE in replaced:
-        recording = OracleSizes(recording, context)
+    recording = (OracleSizes if Stage.SIZE in replaced else ActorRecorder)(deciding, context)
     seeing = OracleDetector.over(detector, replaced, context)
     return TrackerStages(seeing, associator, models, recording)
 

@@ -245,18 +245,14 @@ class ActorRecorder:
         return managed
 
 
-class OracleSizes:
-    """Track management after which every track has the size of the vehicle that it follows."""
-
-    def __init__(self, management: TrackManagement, context: OracleContext) -> None:
-        self._management = management
-        self._context = context
+class OracleSizes(ActorRecorder):
+    """Recording track management after which every track has the size of the vehicle that it follows."""
 
     def manage(
         self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        managed = self._management.manage(tracks, observations, track_id, forward, selection)
+        managed = super().manage(tracks, observations, track_id, forward, selection)
         size = self._context.truth.size_of(self._context.track_actor(managed))
         for t in np.flatnonzero(np.isfinite(size[:, 0])).tolist():
             managed.size[t], managed.size_std[t] = size[t], SIZE_STD_M
