@@ -1,7 +1,6 @@
 """Folder of compiled kernels where neither the installation nor a home can be written, as in many containers."""
 
 import os
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 
@@ -17,6 +16,8 @@ def choose(package: Path) -> None:
     caches = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))  # noqa: PTH111
     if os.environ.get(VARIABLE) or os.access(package, os.W_OK) or _can_be_made(caches):
         return
+    import tempfile  # takes longer than the rest of `import luxloop`
+
     with suppress(OSError):  # then numba says that it has no folder
         folder = Path(tempfile.gettempdir()) / f"luxloop-kernels-{os.getuid()}"
         folder.mkdir(mode=0o700, exist_ok=True)

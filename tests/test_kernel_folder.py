@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tempfile
 
 import pytest
 
@@ -14,7 +15,7 @@ def temporary(tmp_path, monkeypatch):
     """Return an empty temporary folder of a process without a writable home."""
     monkeypatch.delenv(kernel_folder.VARIABLE, raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null/none")
-    monkeypatch.setattr(kernel_folder.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path
 
 
