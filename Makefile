@@ -15,12 +15,13 @@ test: .venv/developed
 	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest -n 2
 
-# Tests that take minutes: a thousand mutated scenario files, killed runs, sweeps of two thousand runs, the wheel.
+# Tests that take minutes: hundreds of mutated scenario files, killed runs, sweeps of hundreds of runs, the wheel.
 slow: .venv/developed
 	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest -n 2 -m slow
 
-# Tests that take up to an hour, for releases: ten thousand broken inputs, a hundred kills, a hundred thousand rows.
+# Tests that take up to an hour, for releases: a thousand mutated scenario files, ten thousand broken inputs, a hundred
+# kills, a sweep of two thousand runs, a hundred thousand rows.
 soak: .venv/developed
 	$(BIN)/pytest -n 2 -m soak
 

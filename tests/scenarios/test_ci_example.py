@@ -83,16 +83,18 @@ def test_commands_of_the_workflow_run_and_the_second_push_is_the_same(steps, clo
 
 
 @pytest.mark.slow
-def test_the_warm_up_compiles_every_kernel_so_that_no_worker_does(steps, clone):
-    """Two workers would otherwise compile the same kernels at the same time."""
+def test_the_warm_up_compiles_every_kernel_so_that_no_run_does(steps, clone):
+    """Two workers would otherwise compile the same kernels at once, and the two processes of a run for other types."""
     warm_up, tests, *_ = commands(steps, "luxloop", "pytest", "cat")
     cache = clone / ".numba"
     assert shell(warm_up, clone, NUMBA_CACHE_DIR=str(cache))[0] == 0
     compiled = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")}
-    assert len(compiled) > 20
-    code, said = shell(tests, clone, NUMBA_CACHE_DIR=str(cache))
-    assert code == 0, said
-    assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")} == compiled
+    assert len(compiled) > 100
+    run = "luxloop run sumo-crossing --duration 0.8 --no-recording --out crossing || test $? = 1"
+    for line in (run, tests):
+        code, said = shell(line, clone, NUMBA_CACHE_DIR=str(cache))
+        assert code == 0, said
+        assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")} == compiled
 
 
 def test_folders_of_failed_runs_are_kept(steps, clone):

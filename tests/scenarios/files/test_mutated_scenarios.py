@@ -23,8 +23,13 @@ LONGEST_LINE = 1050
 COMPILATION = re.escape(STATUS.activity)
 """Notice before an answer: a mutant may need a kernel that no run before it has compiled."""
 OUT = Path("out")
-FAST, ALL = 100, 1000
-NUMBERS = [pytest.param(n, marks=[] if n < FAST else pytest.mark.slow) for n in range(ALL)]
+FAST, SLOW, ALL = 100, 300, 1000
+"""Numbers of mutants of `make test`, of these and `make slow`, and of all with `make soak`."""
+NUMBERS = [
+    *range(FAST),
+    *(pytest.param(number, marks=pytest.mark.slow) for number in range(FAST, SLOW)),
+    *(pytest.param(number, marks=pytest.mark.soak) for number in range(SLOW, ALL)),
+]
 
 
 @pytest.fixture(scope="module")

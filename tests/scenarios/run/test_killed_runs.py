@@ -23,8 +23,8 @@ EARLIER, KILLED = 1, 2
 
 PHASES = {"starts": "", "drives": ".*-{pid}-*.partial", "writes": ".*-{pid}-*.partial/report.txt"}
 """Phases of a run, with the file that appears when each begins."""
-MOMENTS = 4
-"""Kills in each phase of each scenario: 24 in all."""
+MOMENTS = 2
+"""Kills in each phase of each scenario: 12 in all."""
 
 
 @pytest.fixture(autouse=True)

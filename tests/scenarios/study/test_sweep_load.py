@@ -8,27 +8,29 @@ import pytest
 from support.processes import children_of
 from support.sweeps import PATIENCE_S, end, rows, rows_so_far, small_study, start, wait_for_rows
 
-RUNS = 2000
 SETTLED = 100
 """Runs after which all modules are loaded and all kernels compiled."""
-EVERY = 100
+SAMPLES = 18
+"""Samples of memory and open files, evenly over the runs after those."""
 PAGE_MB = os.sysconf("SC_PAGE_SIZE") / 1e6
 FEW_MB = 10.0
 """Variation of memory between runs; a leak of one row, scan or trace per run would exceed this in total."""
 
 
-@pytest.mark.slow
-def test_memory_and_open_files_do_not_grow_over_two_thousand_runs(tmp_path: Path):
-    study = small_study(tmp_path, seeds=RUNS // 4)
+@pytest.mark.parametrize(
+    "runs", [pytest.param(480, marks=pytest.mark.slow), pytest.param(2000, marks=pytest.mark.soak)]
+)
+def test_memory_and_open_files_do_not_grow_with_the_runs(runs: int, tmp_path: Path):
+    study = small_study(tmp_path, seeds=runs // 4)
     process = start(study, "--workers", "2")
     samples = []
-    for count in range(SETTLED, RUNS - EVERY, EVERY):
+    for count in range(SETTLED, runs, (runs - SETTLED) // SAMPLES)[:SAMPLES]:
         wait_for_rows(study, count, process)
         samples += [usage(pid, rows_so_far(study)) for pid in (process.pid, *children_of(process.pid))]
     output, error = process.communicate(timeout=PATIENCE_S)
     end(process)
     assert (process.returncode, error) == (0, "")
-    assert len(rows(study)) == RUNS
+    assert len(rows(study)) == runs
     print(output)
 
     of_process = pd.DataFrame(samples).groupby("pid")
