@@ -192,7 +192,7 @@ def hits(results, beams, bodies):
     extinction=st.sampled_from([0.0, 0.02]),
     jitter=st.floats(-0.01, 0.01),
 )
-@settings(max_examples=1500)
+@settings(max_examples=500)
 def test_caster_equals_reference_implementation(rig, sensor, actors, ego, index, obstacles, seed, extinction, jitter):
     """Fails if a hit is culled, if a pose is not that of the beam's firing time, or if power, echo detection, merging,
     width or surface deviate from the documented model."""

@@ -12,7 +12,7 @@ from support.mutate_content import BYTES, XML
 from support.mutate_tables import WAYS
 from support.optional import need
 
-FAST = 15
+FAST = 6
 """Mutations of each kind in `make test`."""
 MOST_MB = 1024.0
 MOST_S = 20.0
