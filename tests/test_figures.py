@@ -72,6 +72,13 @@ def test_a_block_that_was_made_again_must_be_the_same(page):
     assert "is not what luxloop gives today" in fault
 
 
+def test_a_claim_by_hand():
+    table = "| | time [ms] |\n|---|---|\n| 10 vehicles | 4.3 |\n| 100 vehicles | **12.4** |"
+    assert list(claims.broken(("[100 vehicles][time [ms]] < 10 * [10 vehicles][time [ms]]",), table)) == []
+    (broken,) = claims.broken(("[100 vehicles][time [ms]] < 2 * [10 vehicles][time [ms]]",), table)
+    assert broken.endswith("(12.4, 8.6)")
+
+
 @pytest.mark.parametrize("term", ["[size][HOTA]", "[fit][IDF1]"])
 def test_a_claim_on_a_cell_that_no_table_has_is_an_error(term):
     with pytest.raises(KeyError, match="no such cell"):

@@ -60,7 +60,7 @@ def of_catalog_runs() -> Iterator[tuple[str, Block]]:
     yield "blame", Block("oracles:blame", "luxloop blame sumo-crossing", CROSSING, checked=True)
     for name in ("verdict", *(f"table {number}" for number in range(1, 5))):
         yield name, Block(f"paper:{name.split()[0]}", "luxloop paper", ("paper-campus",), checked=True)
-    for name in ("candidates", "scenarios", "losses", "coverage"):
+    for name in ("candidates", "losses", "coverage"):
         yield name, Block("fitting:catalog_table", "make catalog", (CATALOG,), checked=True)
     yield "vehicles", Block("coverage:table", "python docs/figures.py vehicles", (CATALOG,), checked=True)
     yield "crossing", Block("crossing:draw", "luxloop run sumo-crossing", CROSSING, checked=True)
@@ -111,8 +111,9 @@ def of_real_data(whole: tuple[str, ...]) -> Iterator[tuple[str, Block]]:
         "real fits": "fitting:real_table", "worst real fits": "fitting:real_picture",
         "real cars": "real_cars:table", "realism_real_cars": "real_cars:picture",
         "twin counts": "twins:counts", "twin headings": "twins:headings",
-        **dict.fromkeys(("bumper-89", "roof-55", "roof-54"), "realism:block"),
-        **{f"realism_{name}": "realism:picture" for name in ("bow", "distributions", "vehicles")},
+        "street": "realism:block",
+        "labelled fits": "realism:fits",
+        **{f"realism_{name}": "realism:picture" for name in ("distributions", "vehicles")},
     }  # fmt: skip
     for name, maker in makers.items():
         yield name, Block(maker, f"{REAL} '{name}'", whole)

@@ -1,11 +1,13 @@
-"""Claims: comparisons of cells of a block's tables, such as `[fit][HOTA] > [size][HOTA] > 0.7`."""
+"""Claims: comparisons of cells of a block's tables, such as `[fit][HOTA] > [size][HOTA] > 0.7 * [none][HOTA]`."""
 
+import math
 import operator
 import re
 from collections.abc import Iterator
 
 OPERATORS = {"<=": operator.le, ">=": operator.ge, "==": operator.eq, "<": operator.lt, ">": operator.gt}
-CELL = re.compile(r"\[([^\]]+)\]\[([^\]]+)\]")
+CELL = re.compile(r"\[(.+?)\]\[(.+)\]")
+"""Row and column; a column may have a unit in brackets."""
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 
 
@@ -20,9 +22,14 @@ def broken(claims: tuple[str, ...], text: str) -> Iterator[str]:
 
 
 def value(term: str, text: str) -> float:
+    """Return the product of numbers and of the first numbers of cells."""
+    return math.prod(factor(part, text) for part in term.split(" * "))
+
+
+def factor(part: str, text: str) -> float:
     """Return a number, or the first number of the cell in a row and column."""
-    found = CELL.fullmatch(term.strip())
-    return number(cell(text, found[1], found[2])) if found else float(term)
+    found = CELL.fullmatch(part)
+    return number(cell(text, found[1], found[2])) if found else float(part)
 
 
 def cell(text: str, row: str, column: str) -> str:

@@ -21,11 +21,9 @@ def catalog_tables() -> dict[str, str]:
     """Return the tables of the selection beside its candidates over all runs, and of the coverage, by block."""
     observed = observations([commands.catalog()])
     together, apart = compare(observed)
-    losses = [one for one in apart if one.losses]
     return {
         "candidates": table(together, by_scenario=False),
-        "scenarios": table([one for one in apart if one.group == "all"], by_scenario=True),
-        "losses": f"{summary(apart)}\n\n{table(losses, by_scenario=True)}",
+        "losses": summary(apart),
         "coverage": coverage.table(observed),
     }
 

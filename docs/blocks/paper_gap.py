@@ -13,23 +13,16 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-from blocks import commands
+from blocks import commands, realism
 from fits.league_tables import markdown
 from matplotlib.figure import Figure
 
 from luxloop.scenarios import interface
 from luxloop.scenarios.document.figure import STYLE
 from luxloop.scenarios.document.palette import PAGE as PAPER
-from luxloop.scenarios.grading.plane_geometry import turned
 from luxloop.scenarios.realism import labelled_fits, labelled_vehicle
-from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle, in_box
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 from luxloop.scenarios.realism.vehicle_figures import (
-    CLEAR_M,
-    NEAR_M,
-    NEAR_POINTS_MIN,
-    NORMALS,
-    SKIN_PERCENTILE,
     visible_faces,
 )
 from luxloop.scenarios.report.paper_comparison import HEADING_ABS_DEG
@@ -79,7 +72,7 @@ def sets() -> dict[str, list[LabelledVehicle]]:
     """Return the vehicles of each set."""
     cache_folder = commands.RUNS / "paper-gap"
     found = {name: simulated(cache_folder / name.replace(" ", "-"), name) for name in FLANKS_M}
-    return found | {"real, bumper height": street(commands.real("street"))}
+    return found | {"real, bumper height": realism.street()}
 
 
 def block(_name: str) -> str:
@@ -122,56 +115,8 @@ def _bowed(
     return lambda draw: replace(make(draw), side_bow=side_bow, **ends)
 
 
-def street(folder: Path) -> list[LabelledVehicle]:
-    """Return the labelled vehicles of the street with enough points, seen from the unit at the origin."""
-    points, labels, scans = (
-        pd.read_parquet(folder / f"{name}.parquet") for name in ("bumper_points", "labels", "scans")
-    )
-    found = []
-    for scan in scans.itertuples():
-        own, seen = points[points["frame"] == scan.frame], labels[labels["frame"] == scan.frame]
-        places = own[["x_ego_m", "y_ego_m", "z_ego_m"]].to_numpy(np.float64)
-        centers = turned(
-            seen[["x_world_m", "y_world_m"]].to_numpy() - [scan.odom_x_m, scan.odom_y_m], -scan.odom_yaw_rad
-        )
-        for label, center in zip(seen.itertuples(), centers, strict=True):
-            yaw = label.heading_world_rad - scan.odom_yaw_rad
-            box = np.array([*center, yaw, label.length_m, label.width_m])
-            on = np.flatnonzero(in_box(places, box, label.height_m))
-            lines = own["layer"].to_numpy(np.int64)[on]
-            vehicle = LabelledVehicle(
-                0, label.actor_id, scan.frame, label.kind, places[on], lines, box, np.zeros((1, 2))
-            )
-            if len(on) >= POINTS_MIN and vehicle.seen_from_outside:
-                found.append(vehicle)
-    return found
-
-
-TURNS_RAD = np.radians(np.arange(-6.0, 6.01, 0.25))
-"""Turns of a label that is drawn by hand, from the true heading."""
 TOUCHED_M = 0.3
-"""Points further from the sides of the box do not count for a person who draws it."""
-
-
-def drawn(vehicle: LabelledVehicle) -> LabelledVehicle:
-    """Return a vehicle labelled by hand: a box of its size, turned until its visible sides lie on most of its points.
-
-    Each side is first moved onto the points near it, as for the figures of realism.
-    """
-    half, points = 0.5 * vehicle.box[3:], vehicle.points_box
-    cos, sin = np.cos(TURNS_RAD)[:, None], np.sin(TURNS_RAD)[:, None]
-    places = np.stack([cos * points[:, 0] + sin * points[:, 1], cos * points[:, 1] - sin * points[:, 0]], axis=-1)
-    misses = []
-    for normal in NORMALS:
-        axis = np.abs(normal)
-        if (vehicle.lidars_box @ normal > axis @ half).any():
-            depth, along = axis @ half - places @ normal, places @ axis[::-1]
-            near = (depth < NEAR_M) & (np.abs(along) < axis[::-1] @ half - CLEAR_M)
-            few = near.sum(axis=1) < NEAR_POINTS_MIN
-            skin = np.nanpercentile(np.where(near | few[:, None], depth, np.nan), SKIN_PERCENTILE, axis=1)
-            misses.append(np.abs(depth - np.where(few, 0.0, skin)[:, None]))
-    turn = TURNS_RAD[np.minimum(np.min(misses, axis=0), TOUCHED_M).sum(axis=1).argmin()]
-    return replace(vehicle, box=vehicle.box + np.array([0.0, 0.0, turn, 0.0, 0.0]))
+"""Points further from the sides of the box do not count for the view [m]."""
 
 
 def view(vehicle: LabelledVehicle) -> str:
@@ -210,10 +155,6 @@ def table(sets: dict[str, list[LabelledVehicle]]) -> str:
     base = {name: errors(vehicles, papers_steps()) for name, vehicles in sets.items()}
     rows: list[tuple[object, ...]] = [("observations", *(len(of) for of in base.values()))]
     rows += [(name, *(_mean(errors(some, config)) for some in sets.values())) for name, config in CHANGES.items()]
-    labels = {name: [drawn(one) for one in vehicles] for name, vehicles in sets.items()}
-    rows.append(
-        ("against labels drawn around the points", *(_mean(errors(of, papers_steps())) for of in labels.values()))
-    )
     views = {name: np.array([view(one) for one in vehicles]) for name, vehicles in sets.items()}
     for wanted in ("L-shape", "side", "end"):
         rows.append((f"{wanted} only", *(_part(base[name], views[name] == wanted) for name in sets)))

@@ -1,7 +1,4 @@
-"""Tables and pictures of the comparison of simulated vehicles with tables of real ones.
-
-The tables of real vehicles are `REAL_DATA/realism/NAME.csv` and `NAME-bow.csv`, made as docs/realism.md describes.
-"""
+"""Tables and pictures of the comparison of simulated vehicles with those of a labelled street."""
 
 import json
 import shutil
@@ -9,41 +6,63 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from blocks import commands
+import pandas as pd
+from blocks import commands, stamps
 
+from luxloop.scenarios.realism import labelled_recording, vehicle_figures
 from luxloop.scenarios.realism.compared_figures import FIGURES, Figure, bow_figure
+from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle
 
 PICTURES = Path(__file__).parents[1] / "pictures"
-EXAMPLES = Path(__file__).parents[1] / "examples"
-DRAWN = "bumper-89"
-SHOWN = ("bow", "distributions", "vehicles")
-"""Pictures of the page, of the table `DRAWN`."""
+EXAMPLES = Path(__file__).parents[1] / "examples" / "bumper"
+SHOWN = ("distributions", "vehicles")
+"""Pictures of the page."""
 BY_NAME = {figure.name: figure for figure in FIGURES}
 
 Json = dict[str, Any]
 
 
-@cache
-def compared(name: str) -> Path:
-    """Return the folder of `luxloop realism` with a table of real vehicles, such as `roof-55`."""
-    real, view, out = commands.real("realism"), name.partition("-")[0], commands.RUNS / f"realism-{name}"
-    sets = []
-    for kind in ("car", "suv"):
-        sets.append(str(commands.RUNS / f"{view}-{kind}"))
-        commands.output(f"luxloop run {EXAMPLES / view / f'{view}-{kind}.toml'} --no-recording --dataset {sets[-1]}")
-    bands = f"--real-bands {real / name}-bow.csv" if Path(f"{real / name}-bow.csv").is_file() else ""
-    commands.output(f"luxloop realism {' '.join(sets)} --real {real / name}.csv {bands} --out {out}")
+def street() -> list[LabelledVehicle]:
+    """Return the vehicles of 3.8 s of PandaSet's scene 002, cut to four layers at bumper height."""
+    folder = commands.real("street")
+    found = labelled_recording.read(folder, folder / "bumper_points.parquet", 0)
+    return [one for one in found if len(one.line) >= POINTS_MIN and one.seen_from_outside]
+
+
+def simulated(scenario: str) -> Path:
+    """Return the data set of a scenario, which is simulated once in each version of the runs."""
+    out = commands.RUNS / f"{Path(scenario).stem}-set-{stamps.runs((stamps.CATALOG,))[-8:]}"
+    if not out.is_dir():
+        commands.output(f"luxloop run {scenario} --no-recording --dataset {out}")
     return out
 
 
-def block(name: str) -> str:
-    """Return the table of a block, with its figures."""
-    return table(json.loads((compared(name) / "realism.json").read_text(encoding="utf-8"))["figures"])
+@cache
+def compared() -> Path:
+    """Return the folder of `luxloop realism`, with the street as the table of real vehicles."""
+    real, out = commands.RUNS / "realism-street.csv", commands.RUNS / "realism-street"
+    vehicles = street()
+    pd.concat([vehicle_figures.keys(vehicles), vehicle_figures.measure(vehicles)], axis=1).to_csv(real, index=False)
+    sets = " ".join(str(simulated(f"{EXAMPLES}/bumper-{kind}.toml")) for kind in ("car", "suv"))
+    commands.output(f"luxloop realism {sets} --real {real} --out {out}")
+    return out
+
+
+def block(_name: str) -> str:
+    """Return the table of the figures."""
+    return table(json.loads((compared() / "realism.json").read_text(encoding="utf-8"))["figures"])
 
 
 def picture(name: str) -> None:
-    """Copy a picture such as `realism_bow`."""
-    shutil.copyfile(compared(DRAWN) / f"{name.removeprefix('realism_')}.png", PICTURES / f"{name}.png")
+    """Copy a picture such as `realism_vehicles`."""
+    shutil.copyfile(compared() / f"{name.removeprefix('realism_')}.png", PICTURES / f"{name}.png")
+
+
+def fits(_name: str) -> str:
+    """Return what `luxloop fits` prints for the street and two simulated drives."""
+    sets = " ".join(str(simulated(name)) for name in ("sumo-crossing", "paper-campus"))
+    printed = commands.output(f"luxloop fits {commands.real('street')} {sets}")
+    return f"```text\n{printed.strip()}\n```"
 
 
 def table(figures: Json) -> str:
