@@ -7,11 +7,8 @@ from importlib import import_module
 from blocks.stamps import CATALOG
 
 FAMILIES = ("highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary")
-SENSOR = (
-    "beams", "footprint", "echoes", "power", "sweep", "attitude", "suspension", "causes", "ranging", "losses",
-    "weather", "visibility", "slope",
-)  # fmt: skip
-MOTION = ("lane_change", "turns", "shares")
+SENSOR = ("beams", "footprint", "echoes", "power", "sweep", "causes", "losses", "weather")
+MOTION = ("lane_change", "turns")
 CROSSING = ("sumo-crossing",)
 REAL = "LUXLOOP_REAL_DATA=DIR python docs/figures.py"
 
