@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/pip --quiet --disable-pip-version-check
 
-.PHONY: demo test slow soak check site smoke catalog baseline bench lock
+.PHONY: demo test slow soak check figures site smoke catalog baseline bench lock
 
 demo: .venv/installed
 	@echo "Running the scenario sumo-crossing. The first run compiles luxloop's kernels, which takes about two minutes."
@@ -30,7 +30,13 @@ check: .venv/developed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python docs/figures.py --check
 	$(MAKE) --no-print-directory site
+
+# Measured figures, tables and pictures of the pages that are older than the baseline: hours on two cores. A second call
+# continues where the first was interrupted.
+figures: .venv/developed
+	$(BIN)/python docs/figures.py
 
 # The documentation as a site, in site/. Broken links and anchors fail, but not with --quiet, which hides them.
 site: .venv/developed
@@ -48,10 +54,9 @@ catalog: .venv/developed
 	$(BIN)/pytest scenarios/catalog -n 2 --luxloop-out runs/catalog --junitxml luxloop.xml --luxloop-report luxloop.html
 	$(BIN)/luxloop compare $(BASELINE) runs/catalog
 
-# After `make catalog`: make its runs the new baseline, from which docs/statistics.md draws its vehicles.
+# After `make catalog`: make its runs the new baseline, by which the figures of the pages are dated.
 baseline:
 	$(BIN)/luxloop baseline runs/catalog --out $(BASELINE)
-	$(BIN)/python docs/interval_coverage.py
 
 bench: .venv/developed
 	$(BIN)/python -m benchmarks

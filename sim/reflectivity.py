@@ -11,7 +11,7 @@ CAR_SHADES = (
     (0.25, 0.15, 0.60),
 )
 """Car paint: median 0.075, quartiles 0.03 and 0.15, as calibrated LIDARs of 865 nm report on the bodies of labelled
-cars (docs/ouster-twin.md). Metallic paint returns little off its mirror direction. The ends are estimates."""
+cars (docs/realism.md). Metallic paint returns little off its mirror direction. The ends are estimates."""
 SHADES = (
     (0.20, 0.02, 0.06),  # black: carbon-black paints absorb near infrared too
     (0.20, 0.10, 0.20),  # dark metallic

@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 import pytest
 from support import box_files, plugin_package
+from support.pages import chapter
 from support.paths import ROOT
 
 from luxloop import plugins
@@ -15,7 +16,7 @@ from luxloop.plugins import ABILITIES, FORMATS, PluginError, PluginGroup, format
 from luxloop.scenarios.run.device import TRACKERS
 from luxloop.sim.factory import KINDS
 
-PAGE = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
+PAGE = chapter("own-tracker.md", "Plug-ins")
 EXAMPLE = ROOT / "docs" / "examples" / "plugin"
 ENTRY_POINTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
 GROUPS = (KINDS, FORMATS, TRACKERS)

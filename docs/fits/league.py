@@ -53,6 +53,12 @@ class Standing(NamedTuple):
         return "wins" if interval[1] < 0.0 else "ties"
 
 
+def compare(observed: pd.DataFrame) -> tuple[list[Standing], list[Standing]]:
+    """Return the groups over all runs, and those of each scenario."""
+    apart = [one for name, rows in observed.groupby("scenario") for one in standings(rows, str(name))]
+    return standings(observed, "all"), apart
+
+
 def standings(observed: pd.DataFrame, scenario: str) -> list[Standing]:
     """Compare in all observations, and in those of each view and band that has enough."""
     return [_standing(scenario, name, group) for name, group in groups(observed) if len(group) >= FEWEST]

@@ -17,6 +17,11 @@ BANDS = {"range": ("range_m", RANGE_BANDS, "m"), "points": ("points", POINT_BAND
 """Column and bands of each grouping, and the unit in its names."""
 
 
+def observations(folders: Iterable[Path]) -> pd.DataFrame:
+    """Return the observations of all runs in folders."""
+    return of_runs(run for folder in folders for run in run_folder.found_in(folder))
+
+
 def of_runs(folders: Iterable[Path]) -> pd.DataFrame:
     """Return the observations of runs, one row each, with a selected rectangle.
 

@@ -1,4 +1,4 @@
-"""Figures quoted in docs/traffic.md."""
+"""Tables of docs/traffic.md: motion in SUMO and as delivered."""
 
 import numpy as np
 from motion_pictures.stage import (
@@ -29,21 +29,43 @@ CONFIGS = {
 """Configurations by look-ahead."""
 
 
-def show() -> None:
-    """Print both tables as Markdown."""
+HEAD = {
+    "severity": (
+        "traffic",
+        "",
+        "sideways [m/s]",
+        "yaw rate [deg/s]",
+        "acceleration [m/s²]",
+        "above 10 m/s²",
+        "jerk [m/s³]",
+    ),
+    "deviation": ("traffic", "look-ahead", "largest acceleration [m/s²]", "deviation along [m]", "across [m]"),
+}
+
+
+def tables() -> dict[str, str]:
+    """Return both tables as Markdown, by block."""
     runs = {
-        "motorway, jumps": on_scenario("sumo-cut-in", INSTANT),
-        "motorway, `lanechange.duration` 3": on_scenario("sumo-cut-in", TIMED),
-        "motorway, `lateral-resolution` 0.8": on_scenario("sumo-cut-in", SUBLANES),
-        "crossing, `lateral-resolution` 0.8": on_scenario("sumo-crossing"),
-        "winding road, `lanechange.duration` 3": on_net("winding", TIMED),
-        "roundabout, jumps": on_net("roundabout", INSTANT),
+        "motorway (`sumo-cut-in`), instant lane changes, SUMO's default": on_scenario("sumo-cut-in", INSTANT),
+        'the same, `lanechange.duration = "3"`': on_scenario("sumo-cut-in", TIMED),
+        'the same, `lateral-resolution = "0.8"`': on_scenario("sumo-cut-in", SUBLANES),
+        'crossing (`sumo-crossing`), `lateral-resolution = "0.8"`': on_scenario("sumo-crossing"),
+        'winding road (`tests/nets/winding`), `lanechange.duration = "3"`': on_net("winding", TIMED),
+        "roundabout (`tests/nets/roundabout`), instant lane changes": on_net("roundabout", INSTANT),
     }
+    severity, deviation = [], []
     for name, traffic in runs.items():
-        print(f"| {name} | {_severity(raw_courses(traffic))} | {_severity(delivered_courses(traffic.delivered()))} |")
-    for name in ("crossing, `lateral-resolution` 0.8", "roundabout, jumps"):
-        for look_ahead, config in CONFIGS.items():
-            print(f"| {name} | {look_ahead} | {_cost(runs[name].delivered(config))} |")
+        severity.append(f"| {name} | SUMO | {_severity(raw_courses(traffic))} |")
+        severity.append(f"| | delivered | {_severity(delivered_courses(traffic.delivered()))} |")
+        if "crossing" in name or "roundabout" in name:
+            costs = {ahead: _cost(traffic.delivered(config)) for ahead, config in CONFIGS.items()}
+            deviation += [f"| {name} | {ahead} | {cost} |" for ahead, cost in costs.items()]
+    rows = {"severity": severity, "deviation": deviation}
+    return {name: "\n".join([_head(name), *lines]) for name, lines in rows.items()}
+
+
+def _head(name: str) -> str:
+    return f"| {' | '.join(HEAD[name])} |\n{'|---' * len(HEAD[name])}|"
 
 
 def _severity(courses: list[Course]) -> str:

@@ -30,8 +30,6 @@ Floats = npt.NDArray[np.float64]
 FOLDER = Path(__file__).parents[1] / "pictures"
 LUX = load_unit("lux", SHIPPED)
 SRX = load_rig("srx_six_lux", SHIPPED)
-AHEAD = "front left"
-"""Unit of the rig used by most pictures."""
 
 LOWER, UPPER = "tab:blue", "tab:orange"
 PART_COLORS = {

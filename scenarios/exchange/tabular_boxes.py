@@ -1,4 +1,4 @@
-"""Reader of boxes in CSV and Parquet: tracks as in docs/other-trackers.md, labels of data sets, and tables of runs."""
+"""Reader of boxes in CSV and Parquet: tracks as in docs/own-tracker.md, labels of data sets, and tables of runs."""
 
 from pathlib import Path
 from typing import NamedTuple

@@ -1,6 +1,6 @@
 """Tracks from a file of another program, as a device under test for recorded scans.
 
-The layout is documented in docs/other-trackers.md.
+The layout is documented in docs/own-tracker.md.
 """
 
 from collections.abc import Iterator
@@ -65,7 +65,7 @@ def read(path: Path) -> pd.DataFrame:
     columns: dict[str, npt.NDArray[Any]] = {}
     for column in (*when, *REQUIRED):
         if column.name not in table:
-            raise TracksError(f"{path}: no column {column.name}; found {', '.join(table)}; see docs/other-trackers.md")
+            raise TracksError(f"{path}: no column {column.name}; found {', '.join(table)}; see docs/own-tracker.md")
         columns[column.name] = numbers(path, table[column.name], column)
     for name in ("length_m", "width_m"):
         require(path, table[name], columns[name] > 0, "should be more than 0")

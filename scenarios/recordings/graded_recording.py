@@ -175,7 +175,7 @@ def grade_recording(
     folder
         Folder of the recording.
     tracks
-        File of tracks, see docs/other-trackers.md.
+        File of tracks, see docs/own-tracker.md.
     tracker
         `MODULE:NAME` of a tracker.
     scenario

@@ -2,7 +2,7 @@
 
 They cannot reach the ground truth or the harness; they may crash, exit, print to standard error, or hang.
 
-Messages of programs are little-endian columns, as in docs/other-trackers.md. Both sides begin with `GREETING`. A
+Messages of programs are little-endian columns, as in docs/own-tracker.md. Both sides begin with `GREETING`. A
 message is its length in bytes (uint32, not counted) and a body. Those of Python are in `tracker_server`.
 """
 
@@ -179,7 +179,7 @@ class ProcessTracker:
         try:
             return tracks_of(self._process.receive(length, deadline), frame)
         except ValueError as error:
-            raise ChildError(f"{error}; see docs/other-trackers.md") from error
+            raise ChildError(f"{error}; see docs/own-tracker.md") from error
 
     def finish(self) -> None:
         """Close the input after the last scan, and wait for the end of the program."""

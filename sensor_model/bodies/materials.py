@@ -15,7 +15,7 @@ TYRE_REFLECTIVITY = 0.05
 class Glass:
     """Windows: a weak echo of the pane, and one of the interior behind it.
 
-    The values are estimates within physical ranges, chosen by point counts on 39 parked cars (docs/ouster-twin.md): 40
+    The values are estimates within physical ranges, chosen by point counts on 39 parked cars (docs/realism.md): 40
     to 65 % of the beams on real windows bring no echo.
     """
 

@@ -1,4 +1,4 @@
-"""Rigs: units and their mounting poses on the ego, and the rig files; docs/rig-files.md explains every key."""
+"""Rigs: units and their mounting poses on the ego, and the rig files; docs/scenario-files.md explains every key."""
 
 import os
 from dataclasses import dataclass

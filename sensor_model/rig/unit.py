@@ -1,6 +1,6 @@
 """LIDAR unit models: layers, firing pattern and receiver.
 
-The data are read from `units/*.toml`; docs/rig-files.md explains every key.
+The data are read from `units/*.toml`; docs/scenario-files.md explains every key.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Recordings in tables: CSV and Parquet files in the layout of docs/replay-files.md, one row per sample."""
+"""Recordings in tables: CSV and Parquet files in the layout of docs/own-scenario.md, one row per sample."""
 
 from collections.abc import Mapping
 from pathlib import Path

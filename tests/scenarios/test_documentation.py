@@ -16,10 +16,11 @@ need("search")
 
 import tomli_w
 import typer
+from blocks import screens
 from support import short_run
 from support.dask_cluster import worker_thread
+from support.pages import block, chapter
 from support.paths import ROOT
-from support.scripts import load_script
 
 import luxloop
 from luxloop.scenarios.cli import app, main
@@ -51,10 +52,8 @@ from luxloop.scenarios.run import run_folder
 
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
 PYTHON, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("python", "paper", "how-it-works"))
-EMERGENCE = ROOT / "docs" / "emergence.md"
-INDEX, FIRST_STEPS, TOUR, COMMANDS = (
-    ROOT / "docs" / f"{name}.md" for name in ("index", "getting-started", "tour", "command-line")
-)
+INDEX, FIRST_STEPS, COMMANDS = (ROOT / "docs" / f"{name}.md" for name in ("index", "getting-started", "command-line"))
+STRESS = "stress-tests.md"
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 EXAMPLES = {README: "braking-car.toml", FIRST_STEPS: "my-first.toml"}
 """The scenario file that a page shows as a whole."""
@@ -67,8 +66,6 @@ ABSENT = (
 )
 """Packages that the tracker alone must not need."""
 MADE_LATER = {"benchmarks/latest.json"}
-
-refresh = load_script(ROOT / "docs" / "refresh.py")
 
 each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 
@@ -136,7 +133,7 @@ def newcomer(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.syspath_prepend(folder)
-        typed = dict.fromkeys(shlex.join(words) for page in (README, FIRST_STEPS, TOUR) for words in commands(page))
+        typed = dict.fromkeys(shlex.join(words) for page in (README, FIRST_STEPS) for words in commands(page))
         codes = {line: follow(shlex.split(line)) for line in typed if line.startswith("luxloop ")}
     return folder, codes
 
@@ -151,7 +148,7 @@ def test_every_command_of_the_readme_and_the_first_pages_runs(newcomer):
 
 def test_the_readme_is_short_and_begins_with_a_picture():
     lines = README.read_text(encoding="utf-8").splitlines()
-    assert len(lines) <= 130
+    assert len(lines) <= 110
     assert any(re.match(r"!\[.+\]\(docs/pictures/", line) for line in lines[:15])
 
 
@@ -197,39 +194,33 @@ def test_pages_quote_their_example_scenario(page):
     assert blocks(page, "toml") == [(ROOT / "docs" / "examples" / EXAMPLES[page]).read_text(encoding="utf-8")]
 
 
-@pytest.mark.parametrize("page", refresh.REPORT_PAGES, ids=lambda page: page.name)
-def test_pages_show_the_first_screen_as_it_is_printed(page):
+def test_pages_show_the_first_screen_as_it_is_printed():
     """Verdict, limits, figures and commands are today's. Values may differ between machines."""
-    again = "run: luxloop run sumo-crossing; python docs/refresh.py runs/sumo-crossing-seed1"
-    (shown,) = blocks(page, "text")
-    lines, expect = shown.splitlines(), Scenario.load(listing.find(refresh.REPORTED)).expect
+    again = "run: python docs/figures.py report"
+    lines = block(FIRST_STEPS, "report").splitlines()[1:-1]
+    expect = Scenario.load(listing.find(screens.REPORTED)).expect
     assert len(lines) <= 20
-    assert max(map(len, lines)) <= refresh.COLUMNS
+    assert max(map(len, lines)) <= screens.COLUMNS
     known = sum(bool(limit.known_failure) for limit in expect.values())
     held = f"{len(expect) - known} of {len(expect)} expectations hold, {known} known failures"
     assert lines[0] == f"PASSED  sumo-crossing, seed 1: {held}", again
     failing = {line.split()[0]: line for line in lines if " < " in line or " > " in line}
-    (more,) = re.findall(r"and (\d+) more", shown) or [0]
+    (more,) = re.findall(r"and (\d+) more", "\n".join(lines)) or [0]
     assert set(failing) <= {name for name, limit in expect.items() if limit.known_failure}, again
     assert len(failing) + int(more) == known, again
     title = next(k for k, line in enumerate(lines) if line.startswith("Main figures"))
     labels = list(ON_FIRST_SCREEN.values())[: first_screen.MOST_FIGURES]
     assert [re.split(r"  +", line.strip())[0] for line in lines[title + 1 : title + 1 + len(labels)]] == labels, again
     commands = first_screen.commands_of(Path("runs/sumo-crossing-seed1"), recorded=True)
-    assert lines[-2:] == [line.plain for line in first_screen.next_commands(commands, refresh.COLUMNS)], again
+    assert lines[-2:] == [line.plain for line in first_screen.next_commands(commands, screens.COLUMNS)], again
+    assert block(README, "figures").splitlines()[1:-1] == [*lines[:2], *lines[title : title + 1 + len(labels)]]
 
 
 def test_the_quoted_screen_is_that_of_the_run(tmp_path):
     run_folder.write(tmp_path, short_run.result(), [], "")
-    lines = refresh.screen(ReportedRun.read(tmp_path)).splitlines()
+    lines = screens.screen(ReportedRun.read(tmp_path))
     assert lines[0].startswith("NO LIMITS  short, seed 4")
     assert lines[-2].startswith("luxloop view runs/short-seed4  ")
-
-
-def test_reports_of_other_scenarios_are_in_no_page(tmp_path):
-    run_folder.write(tmp_path, short_run.result(), [], "")
-    with pytest.raises(SystemExit, match="no page shows a report of short; give a run of sumo-crossing"):
-        refresh.quote(tmp_path)
 
 
 def test_the_commands_of_the_page_of_the_paper_run(tmp_path, monkeypatch):
@@ -243,7 +234,10 @@ def test_the_commands_of_the_page_of_the_paper_run(tmp_path, monkeypatch):
 def test_the_commands_of_the_page_of_emergence_run(tmp_path, monkeypatch):
     """Each study with one seed and the first value of each parameter."""
     monkeypatch.chdir(tmp_path)
-    typed = [words for words in commands(EMERGENCE) if words[0] == "luxloop"]
+    typed = [
+        shlex.split(line, comments=True)
+        for line in re.findall(r"^luxloop .*$", chapter(STRESS, "Emergence"), re.MULTILINE)
+    ]
     assert [words[:2] for words in typed] == [["luxloop", "sweep"]] * 4
     for words in typed:
         one_seed = ["1" if before == "--seeds" else word for before, word in zip(["", *words], words, strict=False)]
@@ -262,14 +256,10 @@ def test_the_paper_s_own_tracker_is_quoted_and_drives_through_paper_campus():
     assert Scenario.load(VARIANT).tracker.mma.method == "paper"
 
 
-def test_the_tables_of_keys_are_those_of_the_schema():
-    schema = Scenario.model_json_schema()
-    text = KEYS.read_text(encoding="utf-8")
-    assert refresh.with_keys(text, schema) == text, "run: python docs/refresh.py"
-    documented = set(re.findall(r"<!-- keys of (\w+) -->", text))
-    assert documented == {"Scenario", *schema["$defs"]}, (
-        "add the heading and the `keys of` and `end` marks of a new table by hand"
-    )
+def test_every_table_of_keys_has_its_place():
+    """If this fails, add the heading and the `keys of` and `end` marks of the new table by hand."""
+    documented = set(re.findall(r"<!-- keys of (\w+) -->", KEYS.read_text(encoding="utf-8")))
+    assert documented == {"Scenario", *Scenario.model_json_schema()["$defs"]}
 
 
 @pytest.mark.parametrize("block", blocks(KEYS, "toml"), ids=lambda block: block.split("\n")[0][:40])
@@ -283,21 +273,6 @@ def test_examples_of_scenario_files_are_valid(block, tmp_path, monkeypatch):
         assert main(["run", str(path), "--duration", "0.4", "--no-recording"]) == 0
 
 
-def test_the_python_page_shows_what_its_first_example_prints():
-    """Figures may differ from machine to machine."""
-    command = ["docs/examples/first_run.py"]
-    assert ["python", *command] in commands(PYTHON)
-    printed = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert without_figures(output("first run")) == without_figures(printed.stdout), "run: python docs/refresh.py"
-    assert printed.stderr == ""
-
-
-def output(block: str) -> str:
-    """Return the text of a generated block of the Python page."""
-    pattern = rf"<!-- {block} -->\n```text\n(.*?)```\n<!-- end -->"
-    return re.search(pattern, PYTHON.read_text(encoding="utf-8"), re.DOTALL)[1]
-
-
 def test_the_python_page_shows_what_the_tracker_alone_prints_where_there_is_no_simulator():
     """Figures may differ from machine to machine."""
     command = ["docs/examples/track_csv.py", "docs/examples/points.csv"]
@@ -305,8 +280,8 @@ def test_the_python_page_shows_what_the_tracker_alone_prints_where_there_is_no_s
     alone = f"import runpy, sys; sys.modules.update(dict.fromkeys({ABSENT})); sys.argv = {command}"
     run = f"{alone}; runpy.run_path({command[0]!r}, run_name='__main__')"
     printed = subprocess.run([sys.executable, "-c", run], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    shown = output("output")
-    assert without_figures(shown) == without_figures(printed), "run: python docs/refresh.py"
+    shown = "\n".join(block(PYTHON, "output").splitlines()[1:-1])
+    assert without_figures(shown) == without_figures(printed), "run: python docs/figures.py output"
     assert "confirmed" in shown
 
 

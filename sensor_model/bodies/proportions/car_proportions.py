@@ -179,7 +179,7 @@ def suv(draw: Draw) -> CarProportions:
 def pickup(draw: Draw) -> CarProportions:
     """Draw a pickup with a double cab, 5.2 to 6.0 m long: its deck is the load bed, at the height of the bed's walls.
 
-    Sizes are those of four labelled pickups (docs/ouster-twin.md); hoods of pickups are 1.02 m and higher (IIHS). The
+    Sizes are those of four labelled pickups (docs/realism.md); hoods of pickups are 1.02 m and higher (IIHS). The
     bed is an estimate: 1.5 to 1.8 m long, flat at the rear, as its flanks nearly are.
     """
     return CarProportions(

@@ -435,7 +435,7 @@ def test_baseline_header_names_the_columns(tmp_path):
 
 
 def test_page_lists_every_compared_metric_with_its_margin():
-    page = (DOCS / "compare.md").read_text(encoding="utf-8")
+    page = (DOCS / "regression-tests.md").read_text(encoding="utf-8")
     listed = {}
     for names, better, margin in re.findall(r"^\| (`\w+\..*?) \| (more|less) \| (.*?) \|$", page, re.MULTILINE):
         listed |= dict.fromkeys(re.findall(r"`([^`]+)`", names), (better, margin))

@@ -9,16 +9,12 @@ from fits import coverage, observations
 from fits.league import FEWEST, standings
 from fits.league_tables import summary, table
 from support import short_run
-from support.paths import ROOT
-from support.scripts import load_script
 
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import POINT_BANDS, RANGE_BANDS, VIEWS
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.statistics.intervals import FEWEST_CLUSTERS
 from luxloop.tracker.records import METHODS
-
-candidates = load_script(ROOT / "docs" / "candidates.py")
 
 
 @pytest.fixture(scope="module")
@@ -112,17 +108,3 @@ def test_tables_name_the_loss_and_the_least_error():
     assert "**0.50**" in text
     assert "+0.50 [+0.50, +0.50] (tlinkage) | **loses** to tlinkage |" in text
     assert summary(rows) == "Of 4 groups, best: 0 wins, 0 ties, 4 loses."
-
-
-def test_the_command_prints_every_group(run, capsys, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["candidates.py", str(run.parent), "--every"])
-    candidates.main()
-    printed = capsys.readouterr().out
-    assert "By scenario" in printed
-    assert "Coverage" in printed
-
-
-def test_a_folder_without_runs_is_a_one_line_error(tmp_path, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["candidates.py", str(tmp_path)])
-    with pytest.raises(SystemExit, match="no runs in it; give a folder that contains run folders"):
-        candidates.main()

@@ -1,35 +1,15 @@
-"""The page on fitting: its generated parts, and its pictures of a run."""
-
-import re
+"""The pictures of fits."""
 
 import numpy as np
 import pytest
-from fits import page, pictures
+from fits import pictures
 from fits.case import case_of
 from fits.simulated_cases import worst_cases
 from support import short_run
-from support.paths import DOCS
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import OutputError
 from luxloop.tracker.records import METHODS, Candidates
-
-
-def test_the_page_has_the_parts_that_are_written():
-    text = page.PAGE.read_text(encoding="utf-8")
-    written = re.findall(r'replace\("([\w ]+)"', (DOCS / "draw_fitting.py").read_text(encoding="utf-8"))
-    parts = re.findall(r"<!-- ([\w ]+) -->\n(.*?)<!-- end -->", text, re.DOTALL)
-    assert sorted(name for name, _ in parts) == sorted(written)
-    assert all(content.strip() for _, content in parts)
-
-
-def test_a_part_is_replaced_and_others_stay(tmp_path):
-    path = tmp_path / "page.md"
-    path.write_text("<!-- a -->\nold\n<!-- end -->\n<!-- b -->\nkept\n<!-- end -->\n")
-    page.replace("a", "new", path)
-    assert path.read_text() == "<!-- a -->\nnew\n<!-- end -->\n<!-- b -->\nkept\n<!-- end -->\n"
-    with pytest.raises(ValueError, match="no part <!-- c -->"):
-        page.replace("c", "new", path)
 
 
 def test_a_case_is_in_the_frame_of_the_true_box():

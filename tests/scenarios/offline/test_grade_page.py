@@ -1,4 +1,4 @@
-"""docs/other-trackers.md: its commands run, and its columns and figures agree with the code."""
+"""docs/own-tracker.md: its commands run, and its columns and figures agree with the code."""
 
 import json
 import re
@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 from support.optional import need
-from support.paths import ROOT
+from support.pages import block
+from support.paths import DOCS, ROOT
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.offline.track_file import OPTIONAL, REQUIRED, WHEN
 
-PAGE = (ROOT / "docs" / "other-trackers.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "own-tracker.md").read_text(encoding="utf-8").partition("\n## The league\n")[0]
 COMMANDS = [
     shlex.split(line)
     for block in re.findall(r"^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
@@ -63,7 +64,9 @@ def test_the_table_agrees_with_all_three_ways_of_grading(outputs):
         if isinstance(found, dict) and ("PatchTracker" in line or "--tracks" in line)
     ]
     assert (len(shipped), len(patch)) == (2, 3)
-    rows = re.findall(r"^\| `(track\.\w+)` \| ([\d.]+) \| ([\d.]+) \|", PAGE, re.MULTILINE)
+    rows = re.findall(
+        r"^\| `(track\.\w+)` \| ([\d.]+) \| ([\d.]+) \|", block(DOCS / "own-tracker.md", "trackers"), re.MULTILINE
+    )
     assert len(rows) == 7
     for name, *shown in rows:
         for figure, documents in zip(shown, (shipped, patch), strict=True):

@@ -1,13 +1,11 @@
-"""docs/realism.md: its columns, options, files and pictures exist, and its script writes what a comparison found."""
+"""docs/realism.md: its columns, options, files and pictures exist, and its tables show what a comparison found."""
 
-import json
 import re
-import shutil
 
 import pytest
 import typer
+from blocks import realism
 from support.paths import DOCS, EXAMPLES
-from support.scripts import load_script
 
 from luxloop.scenarios.cli import app
 from luxloop.scenarios.files.scenario import Scenario
@@ -15,7 +13,6 @@ from luxloop.scenarios.realism.compared_figures import FIGURES
 from luxloop.scenarios.realism.real_table import BANDS, VIEW
 
 PAGE = DOCS / "realism.md"
-draw_realism = load_script(DOCS / "draw_realism.py")
 
 
 def section(title):
@@ -46,43 +43,22 @@ def test_the_scenarios_of_both_views_are_valid(view, kind):
 def test_the_page_shows_the_pictures_of_the_script():
     """Another test holds that all pictures of the pages exist."""
     shown = re.findall(r"\(pictures/realism_(\w+)\.png\)", PAGE.read_text(encoding="utf-8"))
-    assert set(shown) == {*draw_realism.SHOWN, "real_cars"}  # the latter by draw_real_cars.py
+    assert set(shown) == {*realism.SHOWN, "real_cars"}
 
 
 def side(value, interval=None, quartiles=(0.1, 0.3)):
     return {"value": value, "interval": interval, "quartiles": list(quartiles), "n": 9}
 
 
-def folder(path, simulated, verdict):
+def test_a_table_of_a_comparison_by_hand():
     figures = {
-        "bow_end_0.45_0.75_m": {"real": side(0.165), "simulated": side(simulated, [0.1, 0.2]), "verdict": verdict},
+        "bow_end_0.45_0.75_m": {"real": side(0.165), "simulated": side(0.152, [0.1, 0.2]), "verdict": "agrees"},
         "best_error_deg": {"real": side(2.65, None, (0.5, 2.0)), "simulated": None, "verdict": "n/a"},
     }
-    path.mkdir()
-    (path / "realism.json").write_text(json.dumps({"figures": figures}))
-    for name in draw_realism.SHOWN:
-        (path / f"{name}.png").write_bytes(path.name.encode())
-    return path
-
-
-def test_the_script_replaces_table_and_pictures(tmp_path, monkeypatch):
-    page, pictures = tmp_path / "realism.md", tmp_path / "pictures"
-    shutil.copy(PAGE, page)
-    pictures.mkdir()
-    after, before = folder(tmp_path / "after", 0.152, "agrees"), folder(tmp_path / "before", 0.006, "differs")
-    monkeypatch.setattr(draw_realism, "PAGE", page)
-    monkeypatch.setattr(draw_realism, "PICTURES", pictures)
-    monkeypatch.setattr("sys.argv", ["draw_realism.py", "bumper-89", str(after), str(before)])
-    draw_realism.main()
-    text = page.read_text(encoding="utf-8")
-    table = text.split("<!-- bumper-89 -->\n")[1].split("\n<!-- end -->")[0].splitlines()
-    assert table == [
-        "| figure | real (quartiles) | simulated before [95 %] | simulated after [95 %] | verdict |",
-        "|---|---|---|---|---|",
-        "| bow end 0.45 to 0.75 m [cm] | 16.5 (10.0 to 30.0) | 0.6 [10.0, 20.0] | 15.2 [10.0, 20.0] | agrees |",
-        "| heading error best [deg] | 2.65 (0.5 to 2.0) | n/a | n/a | n/a |",
-        "| **agree** | | 0 of 1 | 1 of 1 | |",
+    assert realism.table(figures).splitlines() == [
+        "| figure | real (quartiles) | simulated [95 %] | verdict |",
+        "|---|---|---|---|",
+        "| bow end 0.45 to 0.75 m [cm] | 16.5 (10.0 to 30.0) | 15.2 [10.0, 20.0] | agrees |",
+        "| heading error best [deg] | 2.65 (0.5 to 2.0) | n/a | n/a |",
+        "| **agree** | | 1 of 1 | |",
     ]
-    assert (pictures / "realism_bow.png").read_bytes() == b"after"
-    draw_realism.main()
-    assert page.read_text(encoding="utf-8") == text

@@ -36,7 +36,7 @@ def folder(tmp_path, monkeypatch):
 def test_the_page_quotes_the_example_which_has_forty_lines():
     text = NEAREST.read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 40
-    assert f"```python\n{text}```" in (DOCS / "other-trackers.md").read_text(encoding="utf-8")
+    assert f"```python\n{text}```" in (DOCS / "own-tracker.md").read_text(encoding="utf-8")
 
 
 def test_the_example_fails_nothing_that_it_does_not_report(folder, capfd):

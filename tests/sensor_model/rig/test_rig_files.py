@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.paths import DOCS
+from support.pages import chapter
 
 from luxloop.sensor_model.rig.beams import beam_table
 from luxloop.sensor_model.rig.rig import SHIPPED, RigError, load_rig, load_unit
 
-PAGE = (DOCS / "rig-files.md").read_text(encoding="utf-8")
+PAGE = chapter("scenario-files.md", "Rig and unit files")
 RIGS = sorted(path.stem for path in (SHIPPED / "rigs").glob("*.toml"))
 UNITS = sorted(path.stem for path in (SHIPPED / "units").glob("*.toml"))
 

@@ -1,9 +1,10 @@
-"""docs/openscenario.md: tables, example and commands match the code."""
+"""docs/own-scenario.md: tables, example and commands match the code."""
 
 import re
 import shlex
 
-from support.paths import DOCS, EXAMPLES, ROOT
+from support.pages import chapter
+from support.paths import EXAMPLES, ROOT
 
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.sim.openscenario.catalogs import CATALOGS, KINDS
@@ -12,7 +13,7 @@ from luxloop.sim.openscenario.expressions import _FUNCTIONS
 from luxloop.sim.openscenario.openscenario_source import OpenScenarioSource
 from luxloop.sim.openscenario.transitions import SHAPES
 
-PAGE = (DOCS / "openscenario.md").read_text(encoding="utf-8")
+PAGE = chapter("own-scenario.md", "OpenSCENARIO and OpenDRIVE")
 
 
 def row(group):

@@ -1,10 +1,11 @@
-"""docs/replay-files.md: table of columns, examples and figures match the code."""
+"""docs/own-scenario.md: table of columns, examples and figures match the code."""
 
 import re
 
 import numpy as np
 import pandas as pd
 import pytest
+from support.pages import chapter
 from support.paths import ROOT
 from support.traffic import frames
 
@@ -17,7 +18,7 @@ from luxloop.sim.replay.track_tables import OPTIONAL, REQUIRED
 from luxloop.sim.replay.trajectories import FASTEST, JUMP
 from luxloop.sim.world import Kind
 
-PAGE = (ROOT / "docs" / "replay-files.md").read_text(encoding="utf-8")
+PAGE = chapter("own-scenario.md", "Recorded traffic")
 EXAMPLE = ROOT / "scenarios" / "catalog" / "urban" / "replayed-crossing.toml"
 HIGHD, IND = re.findall(r"^```python\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
 TOML = re.findall(r"^```toml\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
@@ -66,7 +67,7 @@ def test_the_mapping_of_highd_gives_box_centres(tmp_path, monkeypatch, types):
     pd.DataFrame(rows).to_csv("01_tracks.csv", index=False)
     meta = {"id": [1, 2], "width": [12, 4], "class": ["Truck", "Car"], "drivingDirection": [1, 2]}
     pd.DataFrame(meta).to_csv("01_tracksMeta.csv", index=False)
-    exec(compile(HIGHD, "replay-files.md", "exec"), {})
+    exec(compile(HIGHD, "own-scenario.md", "exec"), {})
     read = read_recording(tmp_path / "tracks.parquet", types)
     assert list(read.time) == [1.0, 2.0]
     assert read.pose == pytest.approx(np.array([[106.0, -11.25, np.pi], [42.0, -31.0, 0.0]]))
@@ -80,7 +81,7 @@ def test_the_mapping_of_ind_treats_zero_as_no_size(tmp_path, monkeypatch, types)
     meta = {"trackId": [7, 8], "class": ["truck_bus", "pedestrian"]}
     pd.DataFrame(meta).to_csv("00_tracksMeta.csv", index=False)
     pd.DataFrame({"frameRate": [25.0]}).to_csv("00_recordingMeta.csv", index=False)
-    exec(compile(IND, "replay-files.md", "exec"), {})
+    exec(compile(IND, "own-scenario.md", "exec"), {})
     read = read_recording(tmp_path / "tracks.parquet", types)
     assert list(read.time) == [0.2, 0.2]
     assert read.pose == pytest.approx(np.array([[1.0, -3.0, np.pi / 2], [2.0, -4.0, 0.0]]))

@@ -1,0 +1,60 @@
+"""Claims: comparisons of cells of a block's tables, such as `[fit][HOTA] > [size][HOTA] > 0.7 * [none][HOTA]`."""
+
+import math
+import operator
+import re
+from collections.abc import Iterator
+
+OPERATORS = {"<=": operator.le, ">=": operator.ge, "==": operator.eq, "<": operator.lt, ">": operator.gt}
+CELL = re.compile(r"\[(.+?)\]\[(.+)\]")
+"""Row and column; a column may have a unit in brackets."""
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
+
+
+def broken(claims: tuple[str, ...], text: str) -> Iterator[str]:
+    """Yield the claims that do not hold in the tables of a text."""
+    for claim in claims:
+        terms = re.split(r" (<=|>=|==|<|>) ", claim)
+        values = [value(term, text) for term in terms[::2]]
+        signs = terms[1::2]
+        if not signs or not all(OPERATORS[s](*pair) for s, *pair in zip(signs, values, values[1:], strict=False)):
+            yield f"{claim} ({', '.join(map(str, values))})"
+
+
+def value(term: str, text: str) -> float:
+    """Return the product of numbers and of the first numbers of cells."""
+    return math.prod(factor(part, text) for part in term.split(" * "))
+
+
+def factor(part: str, text: str) -> float:
+    """Return a number, or the first number of the cell in a row and column."""
+    found = CELL.fullmatch(part)
+    return number(cell(text, found[1], found[2])) if found else float(part)
+
+
+def cell(text: str, row: str, column: str) -> str:
+    """Return the cell of the first table that has the row and the column.
+
+    Raises
+    ------
+    KeyError
+        No table has them.
+    """
+    head: list[str] = []
+    for line in text.splitlines():
+        cells = [part.strip().strip("*`") for part in line.strip().strip("|").split("|")]
+        if not line.startswith("|"):
+            head = []
+        elif not head:
+            head = cells
+        elif cells[0] == row and column in head:
+            return cells[head.index(column)]
+    raise KeyError(f"[{row}][{column}]: no such cell")
+
+
+def number(text: str) -> float:
+    """Return the first number of a cell."""
+    found = NUMBER.search(text)
+    if not found:
+        raise ValueError(f"{text}: no number")
+    return float(found[0])

@@ -1,0 +1,76 @@
+"""Commands whose output blocks show. They run in the root of the repository, as a reader would type them."""
+
+import json
+import os
+import shlex
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+from blocks.stamps import trace_hashes
+
+ROOT = Path(__file__).parents[2]
+RUNS, SWEEPS = ROOT / "runs", ROOT / "sweeps"
+REAL = "LUXLOOP_REAL_DATA"
+
+
+class Missing(Exception):
+    """What a block needs is not on this machine."""
+
+
+@cache
+def output(command: str) -> str:
+    """Run a command once, and return what it prints. Failed expectations and an exit code of 1 are results.
+
+    Raises
+    ------
+    Missing
+        The command cannot be executed here.
+    """
+    program, *rest = shlex.split(command)
+    place = Path(sys.executable) if program == "python" else Path(sys.executable).with_name(program)
+    words = [str(place) if place.exists() else program, *rest]
+    print(f"    {command}", flush=True)
+    done = subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    if done.returncode not in (0, 1):
+        raise Missing(f"{command} ends with {done.returncode}")
+    return done.stdout
+
+
+def run(name: str, command: str = "") -> Path:
+    """Return the folder of a shipped scenario's run with the trace hash of the baseline; it runs if that is missing.
+
+    Raises
+    ------
+    Missing
+        The run differs from the baseline.
+    """
+    folder = RUNS / f"{name}-seed1"
+    if _hash(folder) != trace_hashes()[name] or (command and not (folder / "scans").is_dir()):
+        output(command or f"luxloop run {name}")
+    if _hash(folder) != trace_hashes()[name]:
+        raise Missing(f"{folder} has not the trace hash of the baseline; `make catalog` and `make baseline` first")
+    return folder
+
+
+def catalog() -> Path:
+    """Return the folder of `make catalog`, whose runs have the trace hashes of the baseline."""
+    folder = RUNS / "catalog"
+    found = {_hash(path.parent) for path in folder.glob("**/result.json")}
+    if not set(trace_hashes().values()) <= found:
+        raise Missing(f"{folder} has not all runs of the baseline; `make catalog` first, and `make baseline`")
+    return folder
+
+
+def real(name: str) -> Path:
+    """Return a folder of real recordings."""
+    folder = Path(os.environ.get(REAL, "/nowhere")) / name
+    if not folder.is_dir():
+        raise Missing(f"{REAL} does not name a folder with {name}")
+    return folder
+
+
+def _hash(folder: Path) -> str:
+    path = folder / "result.json"
+    return str(json.loads(path.read_text(encoding="utf-8"))["trace_hash"]) if path.is_file() else ""

@@ -1,0 +1,132 @@
+"""Parts that follow from the code alone: tables of keys and scenarios, and what examples print."""
+
+import json
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from luxloop.scenarios.files import shipped as listing
+from luxloop.scenarios.files.scenario import Scenario
+from luxloop.scenarios.league.peers import PARAMETERS
+from luxloop.scenarios.study.study_file import Study
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+PROGRAMS = {
+    "first run": (EXAMPLES / "first_run.py",),
+    "output": (EXAMPLES / "track_csv.py", EXAMPLES / "points.csv"),
+}
+"""Programs with their arguments, by the blocks that show what they print."""
+TYPES = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false", "array": "list"}
+"""Names of JSON types in TOML."""
+
+Json = dict[str, Any]
+
+
+@cache
+def definitions() -> dict[str, Json]:
+    """Return the JSON schemas of all tables of scenario and study files, by name."""
+    schemas = (Study.model_json_schema(), Scenario.model_json_schema())
+    return {name: one for schema in schemas for name, one in {schema["title"]: schema, **schema["$defs"]}.items()}
+
+
+def keys(name: str) -> str:
+    """Return the table of keys of `keys of TABLE`."""
+    return key_table(definitions()[name.removeprefix("keys of ")], definitions())
+
+
+@cache
+def shipped() -> list[Scenario]:
+    """Return the scenarios that ship."""
+    return [Scenario.load(path) for path in listing.paths().values()]
+
+
+def scenarios(name: str) -> str:
+    """Return the table of `scenarios of FAMILY`."""
+    return scenario_table([one for one in shipped() if one.folder.name == name.removeprefix("scenarios of ")])
+
+
+def known_failures(_name: str) -> str:
+    """Return the table of all known failures."""
+    return failure_table(shipped())
+
+
+def printed(name: str) -> str:
+    """Return what an example prints."""
+    done = subprocess.run([sys.executable, *PROGRAMS[name]], capture_output=True, text=True, check=True)
+    return f"```text\n{done.stdout.strip()}\n```"
+
+
+def program(name: str) -> str:
+    """Return the whole of an example."""
+    text = (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")
+    return f"```python\n{text}```"
+
+
+def tuned(_name: str) -> str:
+    """Return the scores of the league's peers before and after the choice of their settings."""
+    text = PARAMETERS.read_text(encoding="utf-8")
+    lines = ["| peer | HOTA with its defaults | with the best of eight |", "|---|---|---|"]
+    for line in (line for line in text.splitlines() if line.startswith("[")):
+        name, _, figures = line.partition(" # HOTA ")
+        best, _, default = figures.partition(", with the defaults ")
+        lines.append(f"| `{name.strip('[]')}` | {default} | {best}{', the defaults' * (best == default)} |")
+    return "\n".join(lines)
+
+
+def scenario_table(scenarios: list[Scenario]) -> str:
+    """Return description, reason and expectations of scenarios as a Markdown table."""
+    rows = ["| scenario | what happens | why | expected |", "|---|---|---|---|"]
+    for scenario in scenarios:
+        name = f"`{scenario.name}`" + (" (smoke)" if scenario.suite == "smoke" else "")
+        limits = [f"`{metric}` {limit}" for metric, limit in scenario.expect.items()]
+        rows.append(f"| {name} | {scenario.description} | {scenario.reason} | {'<br>'.join(limits)} |")
+    return "\n".join(rows)
+
+
+def failure_table(scenarios: list[Scenario]) -> str:
+    """Return the expectations that are known to fail, with causes, as a Markdown table."""
+    rows = ["| scenario | expectation | why it fails |", "|---|---|---|"]
+    rows += [
+        f"| `{scenario.name}` | `{metric}` {limit} | {limit.known_failure} |"
+        for scenario in scenarios
+        for metric, limit in scenario.expect.items()
+        if limit.known_failure
+    ]
+    return "\n".join(rows)
+
+
+def key_table(definition: Json, definitions: Json) -> str:
+    """Return the keys of one table of a scenario file as Markdown."""
+    required = definition.get("required", [])
+    rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
+    for key, field in definition["properties"].items():
+        default = "required" if key in required else default_of(field)
+        rows.append(f"| `{key}` | {type_of(field)} | {default} | {meaning_of(field, definitions)} |")
+    return "\n".join(rows)
+
+
+def default_of(field: Json) -> str:
+    """Return a key's default in TOML syntax; an empty string if the default is absent or empty."""
+    default = field.get("default")
+    return "" if default in (None, "", [], {}) or isinstance(default, dict) else f"`{json.dumps(default)}`"
+
+
+def type_of(field: Json) -> str:
+    """Return the TOML name of a key's type."""
+    if "const" in field:
+        return f'`"{field["const"]}"`'
+    if "enum" in field:
+        return " or ".join(f'`"{choice}"`' for choice in field["enum"])
+    if "anyOf" in field:
+        return type_of(next(choice for choice in field["anyOf"] if choice.get("type") != "null"))
+    return TYPES.get(field.get("type", ""), "table")
+
+
+def meaning_of(field: Json, definitions: Json) -> str:
+    """Return a key's description, or else that of the table it contains."""
+    text: str = field.get("description", "")
+    if not text and "$ref" in field:
+        text = definitions[field["$ref"].rpartition("/")[2]].get("description", "").partition("\n\n")[0]
+    return " ".join(text.split()).replace("|", "\\|")
