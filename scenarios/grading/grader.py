@@ -173,13 +173,6 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     return Figures(RunObservations(table, config, frames))
 
 
-def occlusions(table: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, pd.DataFrame]:
-    """Return the table `occlusions` with other limits, from the tables of a run; nothing for a run without blockers."""
-    if "blockers" not in table:
-        return {}
-    return {"occlusions": occlusion_table(table["truth"], table["tracks"], config, table["blockers"])}
-
-
 def _ego_row(frame: WorldFrame) -> dict[str, Floats]:
     """Return the row of the table `ego`."""
     ego = frame.ego

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, occlusions, track_errors, track_metrics
+from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, track_errors, track_metrics
 from luxloop.scenarios.grading.articulated import angles_of
 from luxloop.scenarios.grading.clear_table import HitStep, TrackingSequence, clear_hits, tracking_sequence
 from luxloop.scenarios.grading.frame_tables import models_of, rows_by_actor
@@ -232,7 +232,7 @@ class RunObservations:
     @cached_property
     def occlusion(self) -> Observations:
         """A row per occlusion of a followed vehicle that is not longer than `memory_s`."""
-        rows = occlusions.occlusion_table(self.truth, self.tracks, self.config)
+        rows = self.tables["occlusions"]
         rows = rows[rows["gap_s"] <= self.config.memory_s]
         short = rows["gap_s"].to_numpy() <= SHORT_OCCLUSION_S
         return Observations(rows.assign(short=short), "", self._of_actor)
