@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.records import Boxes, Segments

@@ -18,7 +18,7 @@ from luxloop.scenarios.compare.digest import RunDigest, RunFacts
 from luxloop.scenarios.compare.vehicle_sums import SUMS, TRUTH, VehicleSums
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file, atomic_folder
-from luxloop.scenarios.files.plain_file import require_plain
+from luxloop.scenarios.files.input_file import require_plain
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
 
 FORMAT = 2

@@ -9,7 +9,6 @@ import pandas as pd
 
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.grading import fit_errors, frame_tables
-from luxloop.scenarios.grading.blockers import BlockerLog
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.emergence import EmergenceLog, emergence_table
 from luxloop.scenarios.grading.figures import Figures
@@ -18,7 +17,7 @@ from luxloop.scenarios.grading.frame_truth import FrameGrade, FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.matching import TrackMatcher
 from luxloop.scenarios.grading.observations import RunObservations
-from luxloop.scenarios.grading.occlusions import occlusion_table
+from luxloop.scenarios.grading.occlusions import BlockerLog, occlusion_table
 from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
 from luxloop.scenarios.grading.snapshots import Snapshots

@@ -15,8 +15,7 @@ from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.occlusions import occlusion_table
 from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric
 from luxloop.scenarios.metrics.own_metric import PREFIX
-from luxloop.scenarios.offline.recorded_run import RecordedRun
-from luxloop.scenarios.offline.recorded_scans import RecordedScans
+from luxloop.scenarios.offline.recorded_scans import RecordedRun, RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import device, own_metrics, progress, versions, warm_up
