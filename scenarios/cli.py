@@ -12,6 +12,7 @@ import typer
 import typer.core
 
 from luxloop.plugins import ABILITIES, formats_that
+from luxloop.scenarios import exit_codes
 from luxloop.scenarios.commands import (
     compare,
     grade,
@@ -28,7 +29,7 @@ from luxloop.scenarios.commands import (
 from luxloop.scenarios.commands.error_messages import print_error, print_internal_error
 from luxloop.scenarios.errors import Interrupted
 from luxloop.scenarios.exit_codes import ExitCode, explain
-from luxloop.scenarios.files import completed, disk_errors
+from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.run import termination, versions
 from luxloop.sim.rare_collection import collect_rarely
 
@@ -142,7 +143,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     if arguments is None:
         collect_rarely()
-    completed.forget()
+    atomic_file.forget()
     with termination.as_interrupts() as received:
         code = _carry_out(arguments)
     if code == ExitCode.INTERRUPTED:
@@ -159,7 +160,7 @@ def _carry_out(arguments: list[str] | None) -> int:
     """Run a command, print its error, if any, and return the exit code."""
     try:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
-        disk_errors.flush_output()
+        exit_codes.flush_output()
     except typer.TyperException as error:
         return print_error(error.format_message(), error.exit_code)
     except Interrupted as error:
@@ -168,10 +169,10 @@ def _carry_out(arguments: list[str] | None) -> int:
         if COMPLETION in os.environ:
             raise
         if _is_unread():
-            disk_errors.drop_output()
+            exit_codes.drop_output()
             return 128 + signal.SIGPIPE
-        if disk_errors.is_full(error):
-            disk_errors.drop_output()
+        if exit_codes.is_full(error):
+            exit_codes.drop_output()
         code, message = explain(error)
         if code == ExitCode.INTERNAL:
             return print_internal_error(error)
@@ -189,7 +190,7 @@ def _is_unread() -> bool:
 
 def _kept() -> str:
     """Return the part of the message of Ctrl-C that names the results written before it."""
-    whole = [str(path) for path in completed.listed()]
+    whole = [str(path) for path in atomic_file.listed()]
     more = [f"{len(whole) - SHOWN} more"] if len(whole) > SHOWN else []
     return f"complete and kept: {', '.join([*whole[:SHOWN], *more])}" if whole else "nothing was written"
 

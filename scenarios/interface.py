@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.files import shipped, toml_file
+from luxloop.scenarios.files import input_file, shipped
 from luxloop.scenarios.files.settings import plain, texts
 from luxloop.scenarios.oracle.stage import Stage
 
@@ -134,7 +134,7 @@ def load_scenario(
         There is no such scenario, or a key or value is invalid.
     """
     path = shipped.find(str(scenario))
-    toml_file.read(path)  # reports a misspelt name or invalid TOML before the slow imports
+    input_file.read_toml(path)  # reports a misspelt name or invalid TOML before the slow imports
     from luxloop.scenarios.files.scenario import Scenario
 
     return Scenario.load(path, _overrides(seed, duration_s), texts(settings))
@@ -204,7 +204,7 @@ def grade(
         Bad input, or a tracker that broke its contract.
     """
     from luxloop.scenarios.offline import regrade
-    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.offline.recorded_scans import RecordedRun
     from luxloop.scenarios.recordings.graded_recording import grade_recording
     from luxloop.scenarios.recordings.recording import Recording, is_recording
     from luxloop.scenarios.recordings.track_recording import TRACKS
@@ -353,7 +353,7 @@ def _overrides(seed: int | None, duration_s: float | None) -> dict[str, object]:
 def _start_worker(scenario: "str | Path | Scenario") -> None:
     """Let the process of traffic and LIDARs import its modules, which take a second, while this one does."""
     if isinstance(scenario, str | Path):
-        toml_file.read(shipped.find(str(scenario)))  # a misspelt name needs no process
+        input_file.read_toml(shipped.find(str(scenario)))  # a misspelt name needs no process
     from luxloop.sim.process.process_source import start_early
 
     start_early("luxloop.scenarios.run.scan_source")

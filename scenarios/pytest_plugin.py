@@ -16,7 +16,7 @@ import pytest
 from luxloop.scenarios.commands.error_messages import request
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exit_codes import ExitCode, explain
-from luxloop.scenarios.files import toml_file
+from luxloop.scenarios.files import input_file
 
 if TYPE_CHECKING:
     from luxloop.scenarios.result import Result
@@ -106,7 +106,7 @@ class ScenarioFile(pytest.File):
     def collect(self) -> Iterator["ScenarioItem"]:
         """Make a test for every seed. Errors of the file are reported when the test runs."""
         try:
-            document = toml_file.read(self.path)
+            document = input_file.read_toml(self.path)
         except InputError:
             document = {}
         first, count = document.get("seed", DEFAULT_SEED), self.config.getoption("--luxloop-seeds")

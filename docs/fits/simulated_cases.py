@@ -9,7 +9,7 @@ import pandas as pd
 from fits.case import Case, case_of
 
 from luxloop.scenarios.metrics.definitions import VIEWS
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.tracker.tracker import Tracker
 
 MANY = 100

@@ -1,13 +1,18 @@
 """Checks over sequences of scans and between instances of a tracker, and their table."""
 
+import time
 import traceback
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import zip_longest
+from pathlib import Path
 from typing import Any
 
 from luxloop.scenarios.check_tracker.check_drives import CheckDrive
 from luxloop.scenarios.document.document import Answer, Document, Section, Span, Table
+from luxloop.scenarios.errors import DeviceError
+from luxloop.scenarios.run import child_process, user_code
+from luxloop.scenarios.run.child_process import ChildError, ChildTimeoutError
 from luxloop.scenarios.run.device import Device
 from luxloop.scenarios.run.output_checks import (
     Fault,
@@ -17,6 +22,7 @@ from luxloop.scenarios.run.output_checks import (
     check_trace,
     check_values,
 )
+from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.trace_hash import TraceHash
 from luxloop.tracker.records import Status, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
@@ -237,3 +243,48 @@ def checks_document(findings: Findings, name: str) -> Document:
         else:
             table.add_row(check, Span("not done", "warn"), Span("no data to check", "dim"))
     return Document(f"Contract of {name}", answer, [], [Section("checks", "Checks", [table])])
+
+
+ANSWER_MAX = 1 << 24
+"""Longest answer [bytes]."""
+ENDED = "accepts every scan"
+"""Check that fails if the process does not answer."""
+
+
+def examine_apart(spec: str, drives: list[CheckDrive]) -> Findings:
+    """Check a tracker on all drives.
+
+    Raises
+    ------
+    DeviceError
+        It cannot be imported.
+    """
+    deadline = time.monotonic() + START_FACTOR * STEP_TIMEOUT_S
+    try:
+        answer = child_process.ask(__name__, (spec, str(Path.cwd()), drives), ANSWER_MAX, deadline)
+        found = Findings(tuple(Fault(*map(str, fault)) for fault in answer["faults"]), frozenset(answer["done"]))
+    except ChildTimeoutError:
+        return _ended(f"took more than {START_FACTOR * STEP_TIMEOUT_S:g} s")
+    except (ChildError, ValueError, KeyError, TypeError) as error:
+        return _ended(f"its process {error}")
+    if answer["error"]:
+        raise DeviceError(f"--tracker {spec}: {answer['error']}")
+    return found
+
+
+def _ended(what: str) -> Findings:
+    return Findings((Fault(ENDED, what, "one of the drives"),), frozenset())
+
+
+def serve() -> None:
+    """Answer one request: check a tracker of the user in this process."""
+    child_process.answer(_found)
+
+
+def _found(request: tuple[str, str, list[CheckDrive]]) -> dict[str, object]:
+    spec, folder, drives = request
+    try:
+        found = examine(user_code.load(spec, Path(folder)), drives)
+    except user_code.UserCodeError as error:
+        return {"error": str(error), "faults": [], "done": []}
+    return {"error": "", "faults": list(found.faults), "done": sorted(found.done)}

@@ -142,12 +142,11 @@ def blame(
     """Measure the error that each stage of a tracker causes, by replacing it with the ground truth."""
     import json
 
-    from luxloop.scenarios.compare.stage_costs import stage_costs
+    from luxloop.scenarios.compare.stage_costs import blame_report, stage_costs
     from luxloop.scenarios.files import shipped
     from luxloop.scenarios.files.scenario import Scenario
     from luxloop.scenarios.oracle.stage_blame import document, find_out
     from luxloop.scenarios.report import text
-    from luxloop.scenarios.report.blame_tables import blame_report
     from luxloop.scenarios.run import device
 
     make_tracker = device.load(tracker or device.SHIPPED, in_process=True)  # oracles replace its stages

@@ -57,7 +57,7 @@ def report(
     ] = None,
 ) -> None:
     """Write the report of one run, of several trackers on the same drive, or of many runs as a single HTML file."""
-    from luxloop.scenarios.document.figure_files import parse_formats
+    from luxloop.scenarios.document.figure import parse_formats
     from luxloop.scenarios.errors import InputError
     from luxloop.scenarios.run import run_folder
 
@@ -101,8 +101,9 @@ def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None
 def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> None:
     """Write the page of a run, and beside it its figures and tables, if asked for: all of them or none."""
     from luxloop.scenarios import interface
-    from luxloop.scenarios.document import figure_files, html
+    from luxloop.scenarios.document import html
     from luxloop.scenarios.document import latex as latex_tables
+    from luxloop.scenarios.document.figure import beside
     from luxloop.scenarios.files import atomic_file, atomic_folder
     from luxloop.scenarios.report.html.reported_run import ReportedRun
     from luxloop.scenarios.report.html.run_page import run_figures
@@ -112,9 +113,9 @@ def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> Non
     shown = run_document(run, run_figures(run))
     figures, tables = out.with_name(f"{out.stem}-figures"), out.with_name(f"{out.stem}-tables.tex")
     try:
-        with figure_files.beside(figures) if formats else nullcontext(), atomic_file.together():
+        with beside(figures) if formats else nullcontext(), atomic_file.together():
             html.write(out, shown)
-            paths = [path for figure in shown.figures for path in figure_files.save(figure, figures, formats)]
+            paths = [path for figure in shown.figures for path in figure.save(figures, formats)]
             if latex:
                 html.write_text(tables, latex_tables.latex(shown.tables, " ".join(run.commands[:1])))
     except OSError as error:
@@ -191,7 +192,7 @@ def occlusions(
     import json
 
     from luxloop.scenarios.document.document import json_data
-    from luxloop.scenarios.document.figure_files import parse_formats
+    from luxloop.scenarios.document.figure import parse_formats
     from luxloop.scenarios.report import text
     from luxloop.scenarios.study import occlusion_survival
 

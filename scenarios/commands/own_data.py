@@ -108,7 +108,7 @@ def export(
     """Write a run's recorded scans, ground truth and tracks as a folder in the format of other programs."""
     from luxloop.scenarios.exchange.exported_run import write_folder
     from luxloop.scenarios.files.format_option import format_named
-    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.offline.recorded_scans import RecordedRun
     from luxloop.scenarios.report.cells import counted
 
     chosen = format_named("--format", folder_format, "export")
@@ -125,7 +125,7 @@ def mcap(
     """Write a run's recorded scans, ground truth and tracks as MCAP, for tools of ROS 2 and Foxglove."""
     require("mcap", "mcap")
     from luxloop.scenarios.offline.mcap.export import export
-    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.offline.recorded_scans import RecordedRun
 
     frames = export(RecordedRun.open(run), file)
     print(f"{frames} frames are in {file}")

@@ -54,7 +54,7 @@ def sweep(
     import json
     import sys
 
-    from luxloop.scenarios.document.figure_files import parse_formats
+    from luxloop.scenarios.document.figure import parse_formats
     from luxloop.scenarios.run.device import SHIPPED, absolute
     from luxloop.scenarios.run.progress import hidden
     from luxloop.scenarios.study.study_file import Study, find
@@ -186,7 +186,7 @@ def thresholds(
     require("thresholds", "sweeps")
     import json
 
-    from luxloop.scenarios.document.figure_files import parse_formats
+    from luxloop.scenarios.document.figure import parse_formats
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run.device import SHIPPED, absolute
     from luxloop.scenarios.run.progress import hidden

@@ -13,8 +13,7 @@ def check_tracker(
 ) -> None:
     """Check that a tracker keeps the interface contract, with real and degenerate scans."""
     from luxloop.scenarios.check_tracker.check_drives import drives
-    from luxloop.scenarios.check_tracker.check_process import examine_apart
-    from luxloop.scenarios.check_tracker.sequence_checks import checks_document, examine
+    from luxloop.scenarios.check_tracker.sequence_checks import checks_document, examine, examine_apart
     from luxloop.scenarios.report import text
     from luxloop.scenarios.run import device
     from luxloop.scenarios.run.process_tracker import ClassFactory, ProcessFactory

@@ -6,19 +6,19 @@ file thus names the changed runs. Equal runs give equal bytes.
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, StrictInt, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.compare.digest import Expectation, Key, RunDigest
+from luxloop.scenarios.compare.digest import RunDigest, RunFacts
 from luxloop.scenarios.compare.vehicle_sums import SUMS, TRUTH, VehicleSums
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file, atomic_folder
-from luxloop.scenarios.files.plain_file import require_plain
+from luxloop.scenarios.files.input_file import require_plain
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
 
 FORMAT = 2
@@ -30,17 +30,7 @@ LARGEST = 1e12
 REMEDY = "write the file again with luxloop baseline"
 
 
-class RunFacts(BaseModel):
-    """Values of a run in the file that are no sums, see `RunDigest`."""
-
-    scenario: str
-    seed: StrictInt
-    trace_hash: str
-    ended_early: str
-    device: str
-    sections: dict[str, str]
-    versions: dict[str, str]
-    expectations: dict[str, Expectation]
+FACTS = TypeAdapter(RunFacts)
 
 
 def write(path: Path, runs: list[RunDigest]) -> None:
@@ -88,24 +78,14 @@ def read(path: Path) -> list[RunDigest]:
 
 
 def _document(run: RunDigest) -> dict[str, Any]:
-    vehicles = run.vehicles
+    document = asdict(run)
+    vehicles = document.pop("vehicles")
     sums = [
         [vehicle, *map(_compact, row)]
-        for vehicle, row in zip(vehicles.vehicle.tolist(), vehicles.sums.tolist(), strict=True)
+        for vehicle, row in zip(vehicles["vehicle"].tolist(), vehicles["sums"].tolist(), strict=True)
     ]
-    return {
-        "scenario": run.key.scenario,
-        "seed": run.key.seed,
-        "trace_hash": run.trace_hash,
-        "ended_early": run.ended_early,
-        "device": run.device,
-        "sections": run.sections,
-        "versions": run.versions,
-        "expectations": {name: asdict(expectation) for name, expectation in run.expectations.items()},
-        "sums": sums,
-        "matches": vehicles.matches.tolist(),
-        "truth": [[*map(_compact, row)] for row in vehicles.truth.tolist()],
-    }
+    truth = [[*map(_compact, row)] for row in vehicles["truth"].tolist()]
+    return {**document, "sums": sums, "matches": vehicles["matches"].tolist(), "truth": truth}
 
 
 def _require_plausible(figures: Iterable[Floats | float]) -> None:
@@ -122,7 +102,7 @@ def _compact(value: float) -> float:
 
 def _run(document: dict[str, Any]) -> RunDigest:
     try:
-        facts = RunFacts.model_validate(document)
+        facts = FACTS.validate_python(document)
     except ValidationError as error:
         (first, *_) = error.errors()
         raise ValueError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from error
@@ -131,12 +111,6 @@ def _run(document: dict[str, Any]) -> RunDigest:
     truth = np.array(document["truth"], dtype=np.float64).reshape(len(sums), len(TRUTH))
     _require_plausible([sums, truth, *(entry.value or 0.0 for entry in facts.expectations.values())])
     return RunDigest(
-        key=Key(facts.scenario, facts.seed),
-        trace_hash=facts.trace_hash,
-        ended_early=facts.ended_early,
-        device=facts.device,
-        sections=facts.sections,
-        versions=facts.versions,
-        expectations=facts.expectations,
+        **{field.name: getattr(facts, field.name) for field in fields(RunFacts)},
         vehicles=VehicleSums(sums[:, 0].astype(np.int64), sums[:, 1:], matches, truth),
     )

@@ -29,19 +29,17 @@ class ExpectationChange:
 
     key: Key
     name: str
-    base: Expectation | None
-    """None if BASE does not have the expectation."""
+    base: Expectation
     head: Expectation
     fate: ExpectationFate
 
 
 def expectation_changes(pair: Pair) -> list[ExpectationChange]:
-    """Return the expectations of a run that fail on at least one side; one that is missing in BASE counts as held."""
+    """Return the expectations of both runs that fail on at least one side."""
     changes = []
     for name, head in pair.head.expectations.items():
         base = pair.base.expectations.get(name)
-        fate = _fate_of(held=base is None or base.holds, head=head)
-        if fate:
+        if base is not None and (fate := _fate_of(base.holds, head)):
             changes.append(ExpectationChange(pair.key, name, base, head, fate))
     return changes
 

@@ -276,9 +276,9 @@ def interval(change: MetricChange) -> str:
     return TOO_FEW if math.isnan(ends[0]) else " to ".join(number(end, sign="+") for end in ends)
 
 
-def expected_value(expectation: Expectation | None) -> str:
-    """Format the value of an expectation; None: the side does not have it."""
-    return NONE if expectation is None or expectation.value is None else f"{expectation.value:.4g}"
+def expected_value(expectation: Expectation) -> str:
+    """Format the value of an expectation."""
+    return NONE if expectation.value is None else f"{expectation.value:.4g}"
 
 
 def _short(value: float) -> str:
@@ -304,7 +304,7 @@ def _data(comparison: Comparison) -> dict[str, Any]:
         ],
         "expectations": [
             {**one.key._asdict(), "metric": one.name, "limit": one.head.limit,
-             "base": one.base.value if one.base else None, "head": one.head.value, "fate": one.fate}
+             "base": one.base.value, "head": one.head.value, "fate": one.fate}
             for one in comparison.expectation_changes
         ],
         "pairs": [_pair_data(pair) for pair in pairs.compared],

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pydantic import StrictInt
+
 from luxloop.scenarios.compare.vehicle_sums import VehicleSums, vehicle_sums
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files.expect import ExpectationOutcome, Limit, check
@@ -48,11 +50,12 @@ class Expectation:
         return self.outcome in ("passed", "unexpected pass")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RunDigest:
-    """Digest of one run."""
+@dataclass(frozen=True, slots=True)
+class RunFacts:
+    """Values of a run that are no sums."""
 
-    key: Key
+    scenario: str
+    seed: StrictInt
     trace_hash: str
     ended_early: str
     """As in `Result`."""
@@ -61,6 +64,17 @@ class RunDigest:
     """Fingerprint of the value of each top-level key of the effective configuration."""
     versions: dict[str, str]
     expectations: dict[str, Expectation]
+
+    @property
+    def key(self) -> Key:
+        """Scenario and seed."""
+        return Key(self.scenario, self.seed)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunDigest(RunFacts):
+    """Digest of one run."""
+
     vehicles: VehicleSums
 
 
@@ -101,7 +115,8 @@ def digest(result: Result) -> RunDigest:
     limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items() if not name.startswith(TIMES)}
     checks = check(result.metrics, limits, result.config["device"])
     return RunDigest(
-        key=Key(result.scenario, result.seed),
+        scenario=result.scenario,
+        seed=result.seed,
         trace_hash=result.trace_hash,
         ended_early=result.ended_early,
         device=result.config["device"],

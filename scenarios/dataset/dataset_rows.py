@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from luxloop.scenarios.arrays import Floats, Floats32
 from luxloop.scenarios.dataset.dataset_columns import OBSTACLES, Values
-from luxloop.scenarios.files.plain_file import read_parquet
+from luxloop.scenarios.files.input_file import read_parquet
 from luxloop.scenarios.grading.articulated import ARTICULATION
 from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.grading.plane_geometry import corner, into_frame, nearest_sign

@@ -3,16 +3,21 @@
 import io
 import math
 import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import textwrap
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
 from luxloop.scenarios.document import palette
+from luxloop.scenarios.document.palette import PAGE
+from luxloop.scenarios.errors import InputError, OutputError
+from luxloop.scenarios.files import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,6 +145,22 @@ class Figure:
         found.__dict__["svg"] = svg  # the cached property
         return found
 
+    def save(self, folder: Path, formats: Iterable[str]) -> list[Path]:
+        """Write the figure in each of these formats.
+
+        Raises
+        ------
+        OutputError
+            The folder cannot be written.
+        """
+        paths = [folder / f"{self.name}.{name}" for name in formats]
+        with self.canvas(PAGE) as canvas:
+            heading = textwrap.fill(self.title, int(LETTERS_PER_INCH * self.size_in[0]))
+            canvas.suptitle(heading, x=0.01, ha="left", fontsize=10)
+            for path in paths:
+                _write(canvas, path)
+        return paths
+
 
 def _blank(canvas: "Canvas") -> None:
     """Draw nothing."""
@@ -161,3 +182,73 @@ def _embed(svg: str, alternative: str, size_in: tuple[float, float]) -> Markup:
     width, height = (72.0 * side for side in size_in)
     opening = f'<svg viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(alternative)}">'
     return Markup(opening + palette.by_reference(body) + "</svg>")
+
+
+FORMATS: dict[str, dict[str, Any]] = {
+    "png": {"metadata": {"Software": None}},
+    "svg": {"metadata": {"Date": None}},
+    "pdf": {"metadata": {"CreationDate": None}},
+}
+"""Formats with the settings that leave out the time and the program, so that equal figures give equal files."""
+PIXELS_PER_INCH = 110
+LETTERS_PER_INCH = 11
+"""Line length of the title, per inch of figure width."""
+
+
+def parse_formats(text: str | None) -> list[str]:
+    """Return the formats of `--figures svg,pdf`; none without the option.
+
+    Raises
+    ------
+    InputError
+        A format is unknown.
+    """
+    names = list(dict.fromkeys(part.strip() for part in text.split(","))) if text is not None else []
+    for name in names:
+        if name not in FORMATS:
+            raise InputError(
+                f"--figures {text}: {name or 'an empty name'} is no format; give some of {', '.join(FORMATS)}"
+            )
+    return names
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for figures.
+
+    Raises
+    ------
+    OutputError
+        It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot write there ({error.strerror}); choose another folder") from error
+
+
+@contextmanager
+def beside(folder: Path) -> Iterator[None]:
+    """Make a folder for figures, and remove it if the body fails and leaves it empty.
+
+    Raises
+    ------
+    OutputError
+        It cannot be made.
+    """
+    make_folder(folder)
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):  # it has files of an earlier report
+            folder.rmdir()
+        raise
+
+
+def _write(canvas: "Canvas", path: Path) -> None:
+    name = path.suffix[1:]
+    try:
+        with atomic_file.create(path) as partial:
+            canvas.savefig(partial, dpi=PIXELS_PER_INCH, format=name, **FORMATS[name])
+    except OSError as error:
+        remedy = "free some space, or choose another folder"
+        raise OutputError(f"{path}: cannot write there ({error.strerror}); {remedy}") from error

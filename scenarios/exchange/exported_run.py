@@ -11,7 +11,7 @@ from luxloop.scenarios.arrays import Floats32
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.exchange.tabular_boxes import CONFIRMED
 from luxloop.scenarios.files import atomic_folder
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.tracker.scan import Scan
 
 

@@ -1,6 +1,10 @@
-"""Truth and tracks of files as the tables of a run, so that metrics, filters and reports are the same."""
+"""Truth and tracks of files as the tables of a run, so that metrics, filters and reports are the same.
+
+Boxes in the image are graded by the rules of KITTI's benchmark.
+"""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.exchange import image_benchmark
+from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import BoxTable
 from luxloop.scenarios.exchange.paired_frames import BoxLimits, FramePairs, left_out, matched
 from luxloop.scenarios.grading import fit_errors, frame_tables
@@ -19,6 +23,57 @@ from luxloop.scenarios.grading.plane_geometry import iou, iou_table, wrap
 from luxloop.sensor_model.truth import NO_ACTOR
 from luxloop.sim.modes import ModeLimits
 from luxloop.tracker.records import MODELS, Status
+
+SIMILAR: Mapping[str, str] = {"car": "van", "pedestrian": "person"}
+"""Classes of the benchmark, and the similar class of each."""
+REGION = "dontcare"
+OCCLUDED_MAX, TRUNCATED_MAX = 2, 0
+"""Highest levels of graded objects."""
+LOWEST_PX = 25.0
+"""[pixels] Tracks on no object that are at most as high are left out."""
+INSIDE_MIN = 0.5
+"""Tracks on no object are left out if a larger fraction of them is inside a region."""
+
+
+def of_class(truth: BoxTable, tracks: BoxTable, name: str) -> tuple[BoxTable, BoxTable]:
+    """Return the boxes that the rules of a class need: regions and both classes of the truth, one of the tracks."""
+    assert truth.kind is not None
+    if name not in SIMILAR:
+        raise TracksError(f"--kitti {name}: no class of KITTI's benchmark; give one of {', '.join(SIMILAR)}")
+    # Tracks of a file of labels have levels of occlusion and truncation, too; they do not count.
+    tracks = replace(tracks, occluded=None, truncated=None)
+    return truth.select(np.isin(truth.kind, [name, SIMILAR[name], REGION])), tracks.select(
+        np.asarray(tracks.kind == name)
+    )
+
+
+def left_out_by_benchmark(pairs: FramePairs, limits: BoxLimits) -> tuple[Bools, Bools]:
+    """Return masks of the true boxes (N,) and of the tracks (M,) that are neither right nor wrong by KITTI's rules."""
+    truth, tracks = pairs.truth, pairs.tracks
+    assert truth.occluded is not None
+    assert truth.truncated is not None
+    region = np.asarray(truth.kind == REGION)
+    ignored = np.asarray(truth.kind != limits.kitti)
+    ignored |= (truth.occluded > OCCLUDED_MAX) | (truth.truncated > TRUNCATED_MAX)
+    of_tracks = np.zeros(len(tracks), np.bool_)
+    for true, tracked in pairs.steps():
+        objects, regions = true[~region[true]], true[region[true]]
+        row, column = matched(iou_table(truth.boxes[objects], tracks.boxes[tracked]), limits.hit_iou_min)
+        single = np.delete(tracked, column)
+        is_inside = (_inside(tracks.boxes[single], truth.boxes[regions]) > INSIDE_MIN).any(axis=1)
+        of_tracks[tracked[column[ignored[objects[row]]]]] = True
+        of_tracks[single[is_inside | (tracks.boxes[single, 4] <= LOWEST_PX)]] = True
+    return ignored, of_tracks
+
+
+def _inside(boxes: Floats, regions: Floats) -> Floats:
+    """(k, r) fraction of each box in the image that is inside each region."""
+    centre, half = boxes[:, None, :2], 0.5 * boxes[:, None, 3:]
+    low = np.maximum(centre - half, regions[:, :2] - 0.5 * regions[:, 3:])
+    high = np.minimum(centre + half, regions[:, :2] + 0.5 * regions[:, 3:])
+    shared: Floats = np.maximum(high - low, 0.0).prod(axis=2) / boxes[:, None, 3:].prod(axis=2)
+    return shared
+
 
 STANDING_BELOW_MPS = 0.5 * (ModeLimits().stands_below_mps + ModeLimits().moves_from_mps)
 """[m/s] Slower vehicles are standing: the limit of a vehicle in its first frame in runs."""
@@ -38,7 +93,7 @@ def tables_of(pairs: FramePairs, limits: BoxLimits) -> dict[str, pd.DataFrame]:
 
     Errors are those of pairs by distance, as in nuScenes. A track that hits a box without such a pair is on it, too.
     """
-    ignored, unjudged = (image_benchmark.left_out if limits.kitti else left_out)(pairs, limits)
+    ignored, unjudged = (left_out_by_benchmark if limits.kitti else left_out)(pairs, limits)
     pairing = _pair(pairs, ~ignored, ~unjudged, limits)
     return {
         **of_stages(),

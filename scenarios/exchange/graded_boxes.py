@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.scenarios.exchange import image_benchmark
+from luxloop.scenarios.exchange import file_tables
 from luxloop.scenarios.exchange.box_table import IMAGE_AXES, BoxTable
 from luxloop.scenarios.exchange.file_formats import read
 from luxloop.scenarios.exchange.file_tables import tables_of
@@ -59,7 +59,7 @@ def grade(
     if classes:
         tables = of_classes(*tables, list(classes))
     if limits.kitti:
-        tables = image_benchmark.of_class(*tables, limits.kitti)
+        tables = file_tables.of_class(*tables, limits.kitti)
     pairs = pair_frames(*tables, matching)
     require_common_frames(pairs)
     result = _result(pairs, limits, classes, warnings)

@@ -20,7 +20,7 @@ from luxloop.scenarios.arrays import Ints
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.exchange.exported_run import confirmed_tracks
 from luxloop.scenarios.grading.plane_geometry import into_frame, turned
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.sensor_model.formats import lux_fused_scan, lux_object_list, lux_scan_message
 from luxloop.sensor_model.formats.lux_fused_points import fused_scan
 from luxloop.sensor_model.formats.lux_object_list import OBJECT, ObjectList

@@ -1,4 +1,4 @@
-"""Atomic file write, flushed to the disk so that the rename survives a power failure."""
+"""Atomic file write, flushed to the disk so that the rename survives a power failure; and the list of whole results."""
 
 import os
 from collections.abc import Iterator
@@ -6,7 +6,32 @@ from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
-from luxloop.scenarios.files import completed, owner_lock
+from luxloop.scenarios.files import owner_lock
+
+_announced: list[tuple[Path, int]] = []
+"""Final paths, with the inode of the temporary file or folder that is renamed to each."""
+
+
+def announce(path: Path, temporary: Path) -> None:
+    """Note that `temporary` is whole and about to be renamed to `path`."""
+    _announced.append((path, temporary.stat().st_ino))
+
+
+def forget() -> None:
+    """Forget the results of an earlier command of this process."""
+    _announced.clear()
+
+
+def listed() -> list[Path]:
+    """Return the paths whose rename took place, in its order."""
+    return [path for path, inode in _announced if _inode(path) == inode]
+
+
+def _inode(path: Path) -> int | None:
+    try:
+        return path.stat().st_ino
+    except OSError:
+        return None
 
 
 def flush_file(path: Path) -> None:
@@ -98,7 +123,7 @@ def _created(path: Path) -> Iterator[Path]:
         temporary, lock = owner_lock.made(path, named, lambda name: name.touch(exist_ok=False))
         yield temporary
         flush_file(temporary)
-        completed.announce(path, temporary)
+        announce(path, temporary)
         temporary.replace(path)
         flush_folder(path.parent)
     finally:

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.files import completed, owner_lock
+from luxloop.scenarios.files import atomic_file, owner_lock
 from luxloop.scenarios.files.atomic_file import flush_folder, flush_tree
 
 
@@ -48,7 +48,7 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
         refuse(out)  # again: another process may have written there meanwhile
         with _errors_of(out, option):
             flush_tree(temporary)
-            completed.announce(out, temporary)
+            atomic_file.announce(out, temporary)
             _move_into_place(temporary, out, named)
     except BaseException:
         for folder in named:

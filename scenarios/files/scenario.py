@@ -28,7 +28,7 @@ from pydantic_core import CoreSchema
 from luxloop.plugins import PluginError
 from luxloop.scenarios.control.control_config import CruiseConfig
 from luxloop.scenarios.errors import ScenarioError
-from luxloop.scenarios.files import toml_file
+from luxloop.scenarios.files import input_file
 from luxloop.scenarios.files.expect import Limit, check_unit, metric_name
 from luxloop.scenarios.files.settings import applied as set_keys
 from luxloop.scenarios.files.validation_message import explain, implausible
@@ -178,7 +178,7 @@ class Scenario(BaseModel):
         ScenarioError
             The file is missing or not TOML, or a key is missing, unknown, or of a wrong type or value.
         """
-        written, own = toml_file.read(path), {"seed": DEFAULT_SEED}
+        written, own = input_file.read_toml(path), {"seed": DEFAULT_SEED}
         changed = set_keys(written, settings) | dict(overrides or {})
         scenario = cls._validated(changed, path)
         scenario._settings, scenario._written = tuple(settings), written
@@ -213,7 +213,7 @@ class Scenario(BaseModel):
         ScenarioError
             It was changed or removed meanwhile.
         """
-        if self._written is not None and toml_file.read(self._path) != self._written:
+        if self._written is not None and input_file.read_toml(self._path) != self._written:
             raise ScenarioError(f"{self._path}: was changed after it was read; run it again")
 
     @classmethod

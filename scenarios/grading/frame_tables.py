@@ -230,7 +230,7 @@ OUTLIERS: Schema = {
 of clean points removed in segments with points of this cause."""
 
 BLOCKERS: Schema = {"actor_id": np.int64, "blocker_id": np.int64, "points": np.int64}
-"""A row per hidden vehicle, frame and blocker: the points on what the beams hit instead, see `blockers.BlockerLog`."""
+"""A row per hidden vehicle, frame and blocker: points on what the beams hit instead, see `occlusions.BlockerLog`."""
 
 EXTREMES: Schema = {
     "acceleration_max_mps2": np.float64,

@@ -9,7 +9,6 @@ import pandas as pd
 
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.grading import fit_errors, frame_tables
-from luxloop.scenarios.grading.blockers import BlockerLog
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.emergence import EmergenceLog, emergence_table
 from luxloop.scenarios.grading.figures import Figures
@@ -18,7 +17,7 @@ from luxloop.scenarios.grading.frame_truth import FrameGrade, FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.matching import TrackMatcher
 from luxloop.scenarios.grading.observations import RunObservations
-from luxloop.scenarios.grading.occlusions import occlusion_table
+from luxloop.scenarios.grading.occlusions import BlockerLog, occlusion_table
 from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
 from luxloop.scenarios.grading.snapshots import Snapshots
@@ -171,13 +170,6 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     The limits `PER_FRAME` have no effect: the tables already contain theirs.
     """
     return Figures(RunObservations(table, config, frames))
-
-
-def occlusions(table: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, pd.DataFrame]:
-    """Return the table `occlusions` with other limits, from the tables of a run; nothing for a run without blockers."""
-    if "blockers" not in table:
-        return {}
-    return {"occlusions": occlusion_table(table["truth"], table["tracks"], config, table["blockers"])}
 
 
 def _ego_row(frame: WorldFrame) -> dict[str, Floats]:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, occlusions, track_errors, track_metrics
+from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, track_metrics
 from luxloop.scenarios.grading.articulated import angles_of
 from luxloop.scenarios.grading.clear_table import HitStep, TrackingSequence, clear_hits, tracking_sequence
 from luxloop.scenarios.grading.frame_tables import models_of, rows_by_actor
@@ -210,7 +210,7 @@ class RunObservations:
     def track(self) -> Observations:
         """A row per confirmed track on a graded vehicle."""
         judged = self.tracks[self.tracks["judged"]]
-        errors = track_errors.measure(self.truth, self.tracks)
+        errors = track_metrics.measure(self.truth, self.tracks)
         table = judged.reset_index(drop=True)
         table = table.assign(**{name: errors[name].to_numpy() for name in errors})
         return Observations(table, NO_PAIR, self._of_track, self._of_actor)
@@ -232,7 +232,7 @@ class RunObservations:
     @cached_property
     def occlusion(self) -> Observations:
         """A row per occlusion of a followed vehicle that is not longer than `memory_s`."""
-        rows = occlusions.occlusion_table(self.truth, self.tracks, self.config)
+        rows = self.tables["occlusions"]
         rows = rows[rows["gap_s"] <= self.config.memory_s]
         short = rows["gap_s"].to_numpy() <= SHORT_OCCLUSION_S
         return Observations(rows.assign(short=short), "", self._of_actor)
@@ -341,7 +341,7 @@ _OF_MOTION: dict[str, Callable[[Observations], Column]] = {
     "unflipped_heading_abs_error_deg": lambda rows: np.where(
         rows["flipped"] > 0.0, np.nan, np.abs(rows["heading_error_deg"])
     ),
-    "heading_axis_abs_error_deg": lambda rows: np.abs(track_errors.modulo_half_turn(rows["heading_error_deg"])),
+    "heading_axis_abs_error_deg": lambda rows: np.abs(track_metrics.modulo_half_turn(rows["heading_error_deg"])),
     "speed_error_mps": lambda rows: rows["speed_mps"] - rows["true_speed_mps"],
     "speed_abs_error_mps": lambda rows: np.abs(rows["speed_error_mps"]),
     "length_abs_error_m": lambda rows: np.abs(rows["length_error_m"]),

@@ -12,7 +12,7 @@ from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files import atomic_file, shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.league.entrants import chosen
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.run.device import NoTracks
 from luxloop.scenarios.run.progress import hidden

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from luxloop.scenarios.document import figure_files, html
+from luxloop.scenarios.document import html
 from luxloop.scenarios.document.document import (
     Answer,
     Block,
@@ -19,22 +19,104 @@ from luxloop.scenarios.document.document import (
     Paragraph,
     Preformatted,
     Section,
+    Table,
     json_data,
 )
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import BLUE, INK, LINE, MUTED
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.league import league_tables
 from luxloop.scenarios.league.drive import SCANS, write_json
-from luxloop.scenarios.league.entrants import chosen
+from luxloop.scenarios.league.entrants import Entrant, chosen
 from luxloop.scenarios.league.league_runs import Row
-from luxloop.scenarios.league.standings import Standing, ahead, beaten_in
+from luxloop.scenarios.league.standings import GOSPA, PairedDifference, Standing, ahead, beaten_in
+from luxloop.scenarios.report.cells import NONE, table_of
 from luxloop.scenarios.run.device import REFERENCE
 from luxloop.scenarios.study.row_store import LOCK, ROWS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
+
+
+SHORT = {
+    "track.hota": "HOTA", "track.id_switch_rate": "id switches per observation", "track.false_share": "false rate",
+    "track.missed_share": "missed rate", GOSPA: "GOSPA [m]",
+}  # fmt: skip
+
+
+def standings_table(found: Sequence[Standing]) -> Table:
+    """Return the figures of each tracker, the highest HOTA first."""
+    columns = ("HOTA", "95 %", "id switches", "GOSPA [m]", "false", "missed", "step time", "runs", "failed")
+    table = table_of("Standings", "tracker", *columns)
+    for each in found:
+        counts = [str(each.counts[name]) if each.runs else NONE for name in ("id_switches", "false", "missed")]
+        table.add_row(
+            each.tracker,
+            number(each.hota),
+            interval(each.hota_interval),
+            counts[0],
+            number(each.gospa_m),
+            *counts[1:],
+            NONE if math.isnan(each.step_ratio) else f"{each.step_ratio:.2f}x",
+            str(each.runs),
+            str(each.failed),
+            style="bold" if each.tracker == REFERENCE else "",
+        )
+    return table
+
+
+def differences_table(found: Sequence[Standing]) -> Table:
+    """Return the paired differences to the shipped tracker; intervals without 0 have a star."""
+    table = table_of("Differences to the shipped tracker, 95 % intervals", "tracker", *SHORT.values())
+    for each in found:
+        if each.differences:
+            table.add_row(each.tracker, *(_difference(each.differences[name]) for name in SHORT))
+    return table
+
+
+def scenario_table(found: Sequence[Standing]) -> Table:
+    """Return HOTA by scenario."""
+    table = table_of("HOTA by scenario", "scenario", *(each.tracker for each in found))
+    for scenario in sorted({name for each in found for name in each.hota_by_scenario}):
+        values = [each.hota_by_scenario.get(scenario, math.nan) for each in found]
+        best = max((value for value in values if math.isfinite(value)), default=math.nan)
+        table.add_row(scenario, *(f"{number(value)}{' *' if value == best else ''}" for value in values))
+    return table
+
+
+def entrants_table(trackers: Sequence[Entrant]) -> Table:
+    """Return association, filter and settings of each tracker."""
+    table = table_of("Trackers", "tracker", "method", "settings other than the defaults")
+    for entrant in trackers:
+        table.add_row(entrant.name, entrant.text, ", ".join(f"{k} {v}" for k, v in entrant.settings.items()) or "none")
+    return table
+
+
+def failures_table(rows: Sequence[Row]) -> Table:
+    """Return the runs without a result, with their errors."""
+    table = table_of("Runs without a result", "run", "error")
+    for row in rows:
+        if row["status"] != "finished":
+            table.add_row(f"{row['tracker']}, {row['scenario']} seed {row['seed']}", f"{row['status']}: {row['error']}")
+    return table
+
+
+def number(value: float) -> str:
+    """Return a figure with three decimals."""
+    return f"{value:.3f}" if math.isfinite(value) else NONE
+
+
+def interval(ends: tuple[float, float]) -> str:
+    """Return an interval; empty without one."""
+    return f"{ends[0]:.3f} to {ends[1]:.3f}" if math.isfinite(ends[0]) else ""
+
+
+def _difference(each: PairedDifference) -> str:
+    if not math.isfinite(each.difference):
+        return NONE
+    low, high = each.interval
+    spread = f" ({low:+.3f} to {high:+.3f})" if math.isfinite(low) else ""
+    return f"{each.difference:+.3f}{spread}{' *' if each.clear else ''}"
 
 
 CAPTION = (
@@ -100,7 +182,7 @@ def write(rows: Sequence[Row], found: Sequence[Standing], request: Request, out:
     html.write(out / PAGE, document)
     _write_csv(out / TABLE, rows)
     write_json(out / DOCUMENT, json_data(document))
-    figure_files.save(hota_figure(found), out, ["svg", "png"])
+    hota_figure(found).save(out, ["svg", "png"])
     return document
 
 
@@ -114,12 +196,12 @@ def league_document(rows: Sequence[Row], found: Sequence[Standing], request: Req
         "seeds": ", ".join(map(str, request.seeds)),
         "longest run": f"{request.duration_max_s:g} s",
     }
-    trackers = league_tables.entrants_table(chosen(request.trackers))
+    trackers = entrants_table(chosen(request.trackers))
     why: list[Block] = [Paragraph(STAGES_OF), Preformatted("\n".join(commands))]
-    details = [trackers, *([league_tables.failures_table(rows)] if failed else [])]
-    differences = [league_tables.differences_table(found), league_tables.scenario_table(found)]
+    details = [trackers, *([failures_table(rows)] if failed else [])]
+    differences = [differences_table(found), scenario_table(found)]
     sections = [
-        Section("standings", "Standings", [league_tables.standings_table(found)]),
+        Section("standings", "Standings", [standings_table(found)]),
         Section("behind", "Where the shipped tracker is not the best", [Bullets(worse)] if worse else []),
         Section("blame", "Why", why if commands else []),
         Section("differences", "Differences", [*differences, Bullets(EXPLANATIONS)], page_only=True),
@@ -154,7 +236,7 @@ def behind(found: Sequence[Standing]) -> list[str]:
         names = ", ".join(
             f"{each.tracker}{'' if each.differences[metric].clear else ' (not clear)'}" for each in better
         )
-        lines.append(f"{league_tables.SHORT[metric]}: better than the shipped tracker: {names}.")
+        lines.append(f"{SHORT[metric]}: better than the shipped tracker: {names}.")
     shipped = next(each for each in found if each.tracker == REFERENCE)
     for scenario, each in beaten_in(found).items():
         values = f"{each.hota_by_scenario[scenario]:.3f} against {shipped.hota_by_scenario[scenario]:.3f}"

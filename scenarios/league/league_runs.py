@@ -15,7 +15,7 @@ from luxloop.scenarios.errors import ContractError
 from luxloop.scenarios.files.expect import check
 from luxloop.scenarios.league.drive import Drive, code_digest, scans_digest, scans_of
 from luxloop.scenarios.league.entrants import Entrant, chosen
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.scenarios.report import text
 from luxloop.scenarios.result import Result

@@ -12,10 +12,10 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import grader
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.figures import Figures
+from luxloop.scenarios.grading.occlusions import occlusion_table
 from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric
 from luxloop.scenarios.metrics.own_metric import PREFIX
-from luxloop.scenarios.offline.recorded_run import RecordedRun
-from luxloop.scenarios.offline.recorded_scans import RecordedScans
+from luxloop.scenarios.offline.recorded_scans import RecordedRun, RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import device, own_metrics, progress, versions, warm_up
@@ -63,9 +63,9 @@ class Regrader:
                     f"grading.{name} = {now:g}: the tables of {run.folder} were made with {then:g}; "
                     "grade its recorded scans with --tracker or --tracks, or use the same limit"
                 )
-        graded = grader.grade(run.result.tables, self._grading, run.result.frames)
-        metrics = graded | self._of_loop()
-        tables = run.result.tables | grader.occlusions(run.result.tables, self._grading)
+        tables = dict(run.result.tables)
+        tables["occlusions"] = occlusion_table(tables["truth"], tables["tracks"], self._grading, tables.get("blockers"))
+        metrics = grader.grade(tables, self._grading, run.result.frames) | self._of_loop()
         return self._result(metrics, tables, run.result.trace_hash, run.result.config["device"])
 
     def track_file(self, path: Path) -> Result:

@@ -14,7 +14,7 @@ import pandas as pd
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.dataset.dataset_columns import Column
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.files.plain_file import read_parquet, require_plain
+from luxloop.scenarios.files.input_file import read_parquet, require_plain
 from luxloop.scenarios.grading.frame_tables import LABELS
 from luxloop.sim import csv_rows
 from luxloop.tracker.records import Status, Tracks

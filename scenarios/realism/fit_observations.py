@@ -1,6 +1,7 @@
 """Observations of labelled vehicles: heading errors by method, kind of view, and range."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,72 @@ import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.realism import labelled_fits, labelled_recording, labelled_vehicle
-from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
+from luxloop.scenarios.grading.plane_geometry import QUARTER, turned, wrap
+from luxloop.scenarios.realism import labelled_vehicle
+from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle, Rows, vehicles_in
 from luxloop.scenarios.realism.vehicle_figures import least_depth, visible_faces
+from luxloop.tracker.detection import rectangles, segmentation, selection, tlinkage
+from luxloop.tracker.detection.detector import DetectorConfig
+from luxloop.tracker.records import METHODS, Segments
+
+SCANS = ("frame", "time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad")
+POINTS = ("frame", "x_ego_m", "y_ego_m", "z_ego_m", "time_offset_s", "layer")
+LABELS = (
+    "frame", "actor_id", "kind", "x_world_m", "y_world_m", "heading_world_rad", "length_m", "width_m", "height_m",
+    "vx_world_mps", "vy_world_mps", "yaw_rate_radps",
+)  # fmt: skip
+"""Columns that are read of each file; `unit` of the points is optional."""
+
+
+def is_labelled_recording(folder: Path) -> bool:
+    """Return True for a folder of scans with labels in the odometry frame."""
+    path = folder / "labels.parquet"
+    return bool(cuts(folder)) and path.is_file() and "x_ego_m" not in _read(path, ())
+
+
+def cuts(folder: Path) -> list[Path]:
+    """Return the files of points: points.parquet, or NAME_points.parquet of each cut."""
+    return sorted(folder.glob("*points.parquet"))
+
+
+def read(folder: Path, points: Path, number: int) -> list[LabelledVehicle]:
+    """Return the vehicles of every frame of one cut; its single LIDAR is at the origin of the ego frame.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read.
+    """
+    scans, labels = _read(folder / "scans.parquet", SCANS), _read(folder / "labels.parquet", LABELS)
+    cloud = _read(points, POINTS)
+    cloud.setdefault("unit", np.zeros(len(cloud["frame"]), np.uint8))
+    pose = _add_ego_motion(scans)[np.searchsorted(scans["frame"], labels["frame"])]
+    world = np.column_stack([labels["x_world_m"], labels["y_world_m"]])
+    labels["x_ego_m"], labels["y_ego_m"] = turned(world - pose[:, :2], -pose[:, 2]).T
+    labels["heading_ego_rad"] = labels["heading_world_rad"] - pose[:, 2]
+    return vehicles_in(scans, cloud, labels, np.zeros((int(cloud["unit"].max(initial=0)) + 1, 2)), number)
+
+
+def _add_ego_motion(scans: Rows) -> Floats:
+    """Add the columns of the ego's motion, by central differences; return its poses (F, 3)."""
+    pose = np.column_stack([scans["odom_x_m"], scans["odom_y_m"], np.unwrap(scans["odom_yaw_rad"])])
+    rate = np.gradient(pose, scans["time_s"], axis=0) if len(pose) > 1 else np.zeros_like(pose)
+    scans["ego_yaw_world_rad"] = pose[:, 2]
+    scans["ego_vx_world_mps"], scans["ego_vy_world_mps"], scans["ego_yaw_rate_radps"] = rate.T
+    return pose
+
+
+def _read(path: Path, columns: Sequence[str]) -> Rows:
+    """Return all columns of a file, sorted by frame; `columns` are required."""
+    try:
+        table = pd.read_parquet(path).sort_values("frame", kind="stable")
+    except (OSError, ValueError, KeyError) as error:  # pyarrow's errors are ValueErrors
+        raise InputError(f"{path}: cannot be read; give a recording in the layout of luxloop import") from error
+    missing = [name for name in columns if name not in table]
+    if missing:
+        raise InputError(f"{path}: has no column {missing[0]}; give a recording in the layout of luxloop import")
+    return {str(column): table[column].to_numpy() for column in table}
+
 
 SIMULATED = "simulated"
 """Name of the observations of data sets."""
@@ -34,10 +98,10 @@ def of_folders(folders: Sequence[Path]) -> dict[str, pd.DataFrame]:
     """
     groups: dict[str, list[LabelledVehicle]] = {}
     for number, folder in enumerate(folders):
-        if labelled_recording.is_labelled_recording(folder):
-            for points in labelled_recording.cuts(folder):
+        if is_labelled_recording(folder):
+            for points in cuts(folder):
                 name = f"{folder.resolve().name} {points.stem.removesuffix('points').rstrip('_')}".rstrip()
-                groups.setdefault(name, []).extend(labelled_recording.read(folder, points, number))
+                groups.setdefault(name, []).extend(read(folder, points, number))
         else:
             groups.setdefault(SIMULATED, []).extend(labelled_vehicle.read(folder, number, 0.0, 0))
     for name, vehicles in groups.items():
@@ -49,10 +113,10 @@ def of_folders(folders: Sequence[Path]) -> dict[str, pd.DataFrame]:
 def observations(vehicles: Sequence[LabelledVehicle]) -> pd.DataFrame:
     """Return a row per vehicle and frame: `vehicle` (number), `view`, `range`, absolute errors [deg] and `deviation`.
 
-    Errors are those of `labelled_fits.COMPARED`, of `best`, and of `oracle`, the least of these; `deviation` is the
+    Errors are those of `COMPARED`, of `best`, and of `oracle`, the least of these; `deviation` is the
     error of `best` over its stated standard deviation.
     """
-    fits = labelled_fits.fit(vehicles)
+    fits = fit(vehicles)
     rows = pd.DataFrame({name: np.abs(error) for name, error in fits.error_deg.items()})
     key = pd.DataFrame({"set": [one.data_set for one in vehicles], "actor": [one.actor_id for one in vehicles]})
     return rows.assign(
@@ -92,3 +156,48 @@ def range_bands() -> list[str]:
 def _range_band(range_m: float) -> str:
     above = sum(range_m >= high for _, high in RANGE_BANDS_M)
     return range_bands()[min(above, len(RANGE_BANDS_M) - 1)]
+
+
+CRITERIA = tuple(method for method in METHODS if method != "refined")
+"""Candidates of the selection."""
+COMPARED = (*CRITERIA, "alignment")
+"""Methods that `best` is compared with; `alignment` is the best aligned candidate, turned to the highest alignment."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledFits:
+    """Fits of V vehicles."""
+
+    error_deg: dict[str, Floats]
+    """(V,) heading errors of each of `COMPARED` and of `best`, modulo 90 degrees, -45 to 45."""
+    std_deg: Floats
+    """(V,) stated standard deviation of `best`; NaN if the selection states none."""
+    on_lines: Floats
+    """(V,) share of the points that T-linkage leaves on lines."""
+
+
+def fit(vehicles: Sequence[LabelledVehicle], config: DetectorConfig | None = None) -> LabelledFits:
+    """Fit rectangles to the points of at least one vehicle, by default with the tracker's default settings."""
+    config = config or DetectorConfig()
+    sizes = [len(vehicle.points_ego) for vehicle in vehicles]
+    segments = Segments(np.repeat(np.arange(len(sizes)), sizes), len(sizes))
+    cloud, lines = (np.concatenate([getattr(vehicle, name) for vehicle in vehicles]) for name in ("points_ego", "line"))
+    points = segmentation.sort_by_segment(cloud, segments, scan_line=lines)
+    linkage = tlinkage.link(points, config.linkage, config.lidar)
+    headings = rectangles.headings(points, linkage, config.rectangles)
+    each = np.arange(len(vehicles))
+
+    def selected(chosen: selection.SelectionConfig) -> tuple[Floats, Floats]:
+        found = selection.select(points, linkage, headings, chosen, config.lidar.range_std_m)
+        variance = np.full(len(each), np.nan) if found.heading_variance is None else found.heading_variance
+        return found.heading[each, found.best], np.degrees(np.sqrt(variance))
+
+    best, std_deg = selected(config.selection)
+    aligned, _ = selected(replace(config.selection, variant="alignment"))
+    found = dict(zip((*COMPARED, "best"), (*headings.T, aligned, best), strict=True))
+    yaw = np.array([vehicle.box[2] for vehicle in vehicles])
+    return LabelledFits(
+        error_deg={name: np.degrees(wrap(heading - yaw, QUARTER)) for name, heading in found.items()},
+        std_deg=std_deg,
+        on_lines=np.bincount(segments.label, linkage.line >= 0, segments.count) / np.bincount(segments.label),
+    )

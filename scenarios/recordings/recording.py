@@ -14,7 +14,7 @@ from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.dataset.dataset_columns import Values
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
-from luxloop.scenarios.files.plain_file import read_parquet
+from luxloop.scenarios.files.input_file import read_parquet
 from luxloop.scenarios.grading.plane_geometry import turned
 from luxloop.scenarios.offline.recorded_scans import FrameRows, readable, require_distinct, require_numbers
 from luxloop.scenarios.recordings.import_options import EGO_SIZE_M

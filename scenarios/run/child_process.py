@@ -6,14 +6,18 @@ path of the scenario. Time is measured here. What is left of its family at the e
 
 import json
 import os
+import pickle
 import select
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 SUPERVISOR = str(Path(__file__).with_name("supervisor.py"))
 END_S = 5.0
@@ -161,3 +165,39 @@ def python(module: str) -> ChildProcess:
     root = str(Path(__file__).parents[3])
     child.send(json.dumps([root, [str(place) for place in sys.path]]).encode() + b"\n", time.monotonic() + END_S)
     return child
+
+
+LENGTH = struct.Struct("<I")
+"""Length of the answer [bytes]."""
+
+
+def ask(module: str, request: object, answer_max: int, deadline: float) -> Any:
+    """Start a process of `module`, whose `serve` calls `answer`, and return its answer.
+
+    Raises
+    ------
+    ChildError, ChildTimeoutError
+        It ends, answers more than `answer_max` bytes, or not until `deadline` on the monotonic clock.
+    ValueError
+        The answer is not JSON.
+    """
+    child = python(module)
+    try:
+        child.send(pickle.dumps(request, protocol=5), deadline)
+        (length,) = LENGTH.unpack(child.receive(LENGTH.size, deadline))
+        if length > answer_max:
+            raise ChildError(f"answered {length} bytes")
+        return json.loads(child.receive(length, deadline))
+    finally:
+        child.close()
+
+
+def answer(reply: Callable[[Any], Any]) -> None:
+    """Answer the request by a function of it. What the user's code prints goes to standard error."""
+    with os.fdopen(os.dup(0), "rb") as requests:
+        request = pickle.load(requests)
+    answers = os.dup(1)
+    os.dup2(2, 1)
+    body = json.dumps(reply(request)).encode()
+    with os.fdopen(answers, "wb") as out:
+        out.write(LENGTH.pack(len(body)) + body)

@@ -15,7 +15,7 @@ import pandas as pd
 from luxloop.scenarios.errors import MetricError
 from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.result import Metric
-from luxloop.scenarios.run import one_request
+from luxloop.scenarios.run import child_process, user_code
 from luxloop.scenarios.run.child_process import ChildError, ChildTimeoutError
 
 Tables = Mapping[str, pd.DataFrame]
@@ -76,7 +76,7 @@ def _answers(metrics: list[OwnMetric], tables: Tables | None) -> dict[str, dict[
     request = (functions, str(Path.cwd()), tables and dict(tables))
     listed = f"functions {', '.join(functions.values())}"
     try:
-        answers = one_request.ask("luxloop.scenarios.run.metric_server", request, ANSWER_MAX, deadline)
+        answers = child_process.ask(__name__, request, ANSWER_MAX, deadline)
         for metric in metrics:
             if metric.function and "not_loaded" in answers[metric.name]:
                 reason = answers[metric.name]["not_loaded"]
@@ -100,3 +100,31 @@ def _value(answer: Mapping[str, Any], metric: OwnMetric, frames: int) -> Metric:
     if not math.isfinite(value):
         raise MetricError(f"{metric.name}: {metric.function} returned {value}; return None without a value")
     return Metric(float(value), metric.definition.unit, frames)
+
+
+def serve() -> None:
+    """Answer the request."""
+    child_process.answer(_values)
+
+
+def _values(request: tuple[dict[str, str], str, dict[str, Any] | None]) -> dict[str, dict[str, Any]]:
+    functions, folder, tables = request
+    return {name: _answer(function, Path(folder), tables) for name, function in functions.items()}
+
+
+def _answer(function: str, folder: Path, tables: dict[str, Any] | None) -> dict[str, Any]:
+    """Return the value of a function, or why there is none."""
+    try:
+        called = user_code.load(function, folder, "name a function")
+    except user_code.UserCodeError as error:
+        return {"not_loaded": str(error)}
+    if tables is None:
+        return {}
+    try:
+        value: Any = called({name: table.copy() for name, table in tables.items()})
+    except BaseException as error:  # all that the user's code can raise
+        return {"error": f"{user_code.place_of(error, (__file__,))}{type(error).__name__}: {error}"}
+    try:
+        return {"value": None if value is None else float(value)}
+    except Exception:
+        return {"type": type(value).__name__}

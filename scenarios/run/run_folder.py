@@ -21,7 +21,7 @@ from luxloop.scenarios.dataset import writer as dataset
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.expect import Check, verdict
-from luxloop.scenarios.files.plain_file import read_parquet
+from luxloop.scenarios.files.input_file import read_parquet
 from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.frame_tables import ADDED, SCHEMAS, with_added
 from luxloop.scenarios.grading.grading_config import GradingConfig

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from luxloop.scenarios.document import figure_files
 from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES
@@ -230,7 +229,7 @@ def write(study: Study, settings: list[Setting], out: Path, formats: list[str]) 
         canvas.supxlabel(label(study, study.threshold.key) if study.threshold else "", fontsize=9)
 
     size = (1.0 + PANEL_IN[0] * wide, 0.8 + PANEL_IN[1] * high)
-    figure_files.save(Figure(PICTURE, title, "", size, paint), out, list(dict.fromkeys(["png", *formats])))
+    Figure(PICTURE, title, "", size, paint).save(out, list(dict.fromkeys(["png", *formats])))
 
 
 def _cells(one: Threshold, setting: Setting) -> tuple[str, str]:

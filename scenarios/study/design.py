@@ -17,7 +17,7 @@ import numpy as np
 
 from luxloop import former_names
 from luxloop.scenarios.errors import ScenarioError, StudyError
-from luxloop.scenarios.files import shipped, toml_file
+from luxloop.scenarios.files import input_file, shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import CATALOG
 from luxloop.scenarios.study import run_content
@@ -280,7 +280,7 @@ def source(study: Study) -> tuple[MakeDocument, Path]:
         place = study.path.with_name(f"{name}.toml").absolute()
         return (lambda values: _with_metrics(study, _staged(study, scene, study.scenario_values(values)))), place
     path = (study.path.parent / shipped.find(study.scenario)).absolute()  # relative paths start at the study file
-    document = toml_file.read(path)
+    document = input_file.read_toml(path)
     return (lambda values: _with_metrics(study, with_values(document, study.scenario_values(values)))), path
 
 

@@ -13,7 +13,6 @@ import pandas as pd
 import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.document import figure_files
 from luxloop.scenarios.document.document import Answer, Document, Section, Table, json_data
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES
@@ -181,7 +180,7 @@ def write(found: OcclusionSurvival, out: Path, formats: list[str]) -> None:
         except OSError as error:
             raise atomic_folder.cannot_write(out, "--out", error) from error
         figure = Figure(PICTURE, "Share of track ids that survive an occlusion", "", (7.0, 3.6), _painter(found))
-        figure_files.save(figure, folder, list(dict.fromkeys(["png", *formats])))
+        figure.save(folder, list(dict.fromkeys(["png", *formats])))
 
 
 def _refuse_other_files(out: Path) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from luxloop.scenarios.errors import ScenarioError, StudyError
-from luxloop.scenarios.files import seed_range, shipped, toml_file
+from luxloop.scenarios.files import input_file, seed_range, shipped
 from luxloop.scenarios.files.expect import Limit, metric_name, unit_of
 from luxloop.scenarios.files.validation_message import explain
 from luxloop.scenarios.metrics.definition import MetricDefinition, Selection
@@ -233,7 +233,7 @@ class Study(Strict):
             The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
         """
         try:
-            document = toml_file.read(path)
+            document = input_file.read_toml(path)
         except ScenarioError as error:
             raise StudyError(str(error)) from error
         try:

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from luxloop.scenarios.document import figure_files, html
+from luxloop.scenarios.document import html
 from luxloop.scenarios.document.document import (
     Answer,
     Block,
@@ -20,7 +20,7 @@ from luxloop.scenarios.document.document import (
     Table,
     code,
 )
-from luxloop.scenarios.document.figure import Figure
+from luxloop.scenarios.document.figure import Figure, make_folder
 from luxloop.scenarios.metrics.definitions import SURVIVAL, survival_measure
 from luxloop.scenarios.report.cells import counted
 from luxloop.scenarios.statistics.intervals import FEWEST_SEEDS
@@ -172,9 +172,9 @@ def report(sweep: Sweep, folder: Path, formats: Sequence[str] = ()) -> Path:
     """
     study, rows = sweep.study, measured(sweep.rows)
     pictures = [_picture(study, rows, curve, _file_name(number, curve)) for number, curve in enumerate(study.curve, 1)]
-    figure_files.make_folder(folder / PICTURES)
+    make_folder(folder / PICTURES)
     for one in pictures:
-        figure_files.save(one, folder / PICTURES, list(dict.fromkeys(["png", *formats])))
+        one.save(folder / PICTURES, list(dict.fromkeys(["png", *formats])))
     html.write(folder / REPORT, study_document(sweep, pictures))
     return folder / REPORT
 

@@ -1,6 +1,5 @@
 """Execution of one run in a worker process: takes a run, returns its row of results."""
 
-import errno
 import json
 import socket
 import time
@@ -9,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from luxloop.scenarios.errors import OutputError, StudyError
-from luxloop.scenarios.exit_codes import INTERNAL_ERROR, ExitCode, explain
+from luxloop.scenarios.exit_codes import INTERNAL_ERROR, ExitCode, explain, is_full
 from luxloop.scenarios.files.shipped import CATALOG
 from luxloop.scenarios.run.versions import Versions, installed
 from luxloop.scenarios.study.design import StudyRun
@@ -17,9 +16,6 @@ from luxloop.scenarios.study.row_store import RowText, RunRow, as_text
 
 BROKEN = ("error", "incomplete")
 """Status of runs excluded from statistics: they failed, or measured less time than the others."""
-
-DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
-"""Error numbers of a full disk or an exceeded quota."""
 
 _printed: set[str] = set()
 """Places in the code whose internal error this process has printed; a defect may end every run of a study."""
@@ -61,7 +57,7 @@ def carry_out(run: StudyRun, keep_at: str | None = None, need: Versions | None =
     except OutputError:
         raise
     except Exception as error:  # a crash of one run must not end the study: its row holds the error
-        if isinstance(error, OSError) and error.errno in DISK_FULL:
+        if isinstance(error, OSError) and is_full(error):
             raise OutputError(f"{error.filename or socket.gethostname()}: {error.strerror}; free some space") from error
         row |= failed(_reason(error))
     return row | {"wall_s": time.perf_counter() - start}

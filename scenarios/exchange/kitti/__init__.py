@@ -7,7 +7,7 @@ from luxloop.scenarios.exchange.file_formats import Role, first_line
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
-    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.offline.recorded_scans import RecordedRun
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
     from luxloop.scenarios.recordings.sweep import DataSet
 

@@ -21,7 +21,7 @@ from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.exchange.exported_run import cloud, confirmed_tracks
 from luxloop.scenarios.exchange.kitti.kitti_labels import heading
 from luxloop.scenarios.grading.plane_geometry import into_frame
-from luxloop.scenarios.offline.recorded_run import TRACK_HEIGHT_M, RecordedRun
+from luxloop.scenarios.offline.recorded_scans import TRACK_HEIGHT_M, RecordedRun
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Kind, WorldFrame
 

@@ -7,7 +7,7 @@ from luxloop.scenarios.exchange.file_formats import Role
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable
-    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.offline.recorded_scans import RecordedRun
 
 BOX_SUFFIXES = ()
 EXTRA = "osi"

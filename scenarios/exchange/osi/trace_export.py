@@ -53,7 +53,7 @@ from luxloop.scenarios.exchange.osi.osi_values import (
 )
 from luxloop.scenarios.grading.ownership import points_of_actors
 from luxloop.scenarios.grading.plane_geometry import into_frame, turned
-from luxloop.scenarios.offline.recorded_run import TRACK_HEIGHT_M, RecordedRun
+from luxloop.scenarios.offline.recorded_scans import TRACK_HEIGHT_M, RecordedRun
 from luxloop.sensor_model.rig.beams import UnitTable, unit_table
 from luxloop.sensor_model.rig.rig import Mount
 from luxloop.sensor_model.truth import NO_ACTOR, ScanTruth

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.offline.recorded_scans import RecordedRun
 
 
 def export(run: "RecordedRun", folder: Path) -> None:

@@ -31,7 +31,7 @@ from luxloop.scenarios.exchange.nuscenes.nuscenes_export import (
     write_json,
 )
 from luxloop.scenarios.grading.plane_geometry import turned
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.sim.world import Actors, Kind, WorldFrame
 
 MAP = "map/none.png"

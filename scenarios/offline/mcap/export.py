@@ -52,7 +52,7 @@ from luxloop.scenarios.offline.mcap.objects import (
     track_objects,
     tracked_objects,
 )
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.sensor_model.rig.beams import UnitTable, unit_table
 from luxloop.sensor_model.rig.rig import Mount, Rig
 from luxloop.sensor_model.truth import ScanTruth

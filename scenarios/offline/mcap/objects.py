@@ -19,7 +19,7 @@ from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.grading.ownership import points_of_actors
 from luxloop.scenarios.grading.plane_geometry import into_frame, turned
 from luxloop.scenarios.offline.mcap.messages import MAP, Box, Color, Message, header, planar_pose, vector
-from luxloop.scenarios.offline.recorded_run import TRACK_HEIGHT_M
+from luxloop.scenarios.offline.recorded_scans import TRACK_HEIGHT_M
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Kind, Mode, WorldFrame
 

@@ -17,7 +17,7 @@ from luxloop.sensor_model.formats.lux_scan_stream import read_stream
 from luxloop.sensor_model.rig.rig import load_unit
 
 if TYPE_CHECKING:
-    from luxloop.scenarios.offline.recorded_run import RecordedRun
+    from luxloop.scenarios.offline.recorded_scans import RecordedRun
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
 
 RECORDING_SUFFIXES = (".lux",)

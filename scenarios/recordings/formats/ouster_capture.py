@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.files.plain_file import require_plain
+from luxloop.scenarios.files.input_file import require_plain
 from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep
 

@@ -11,7 +11,7 @@ import pyarrow as pa
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exchange import file_formats
-from luxloop.scenarios.files.plain_file import read_parquet
+from luxloop.scenarios.files.input_file import read_parquet
 from luxloop.scenarios.offline.recorded_scans import require_numbers
 from luxloop.scenarios.recordings.ego_mount import EgoMount
 from luxloop.scenarios.recordings.formats.format_choice import readable

@@ -12,7 +12,7 @@ from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare import baseline_file
 from luxloop.scenarios.compare.comparison import compare
 from luxloop.scenarios.compare.comparison_document import INTERVALS, comparison_document, number
-from luxloop.scenarios.compare.digest import Expectation, Key
+from luxloop.scenarios.compare.digest import Expectation
 from luxloop.scenarios.compare.run_pairs import Side, pair
 from luxloop.scenarios.compare.vehicle_sums import SUMS
 from luxloop.scenarios.document import html, markdown
@@ -34,7 +34,8 @@ def scaled(run, factors):
 def sides():
     """The catalog, and one with larger heading and smaller position errors of fits, a failure, and an early end."""
     base = [
-        run if run.key.scenario != "ring" else replace(run, key=Key(HOSTILE, 1)) for run in baseline_file.read(CATALOG)
+        run if run.key.scenario != "ring" else replace(run, scenario=HOSTILE, seed=1)
+        for run in baseline_file.read(CATALOG)
     ]
     base[0] = replace(base[0], expectations={"track.hota": Expectation("passed", 0.9, ">= 0.75")})
     head = [scaled(run, {"fit_heading_deg": 1.05, "fit_position_m": 0.9}) for run in base]

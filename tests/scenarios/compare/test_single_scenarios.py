@@ -9,7 +9,6 @@ from support import recorded
 
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
 from luxloop.scenarios.compare.comparison import LossTest, candidates, compare, loss_test
-from luxloop.scenarios.compare.digest import Key
 from luxloop.scenarios.compare.run_pairs import Side, pair
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
 
@@ -20,8 +19,8 @@ LARGE = 3
 
 def pool(runs):
     """Repeat the recorded runs under the names of 49 scenarios; `LARGE` has the vehicles of all of them."""
-    named = [replace(runs[n % len(runs)], key=Key(f"scenario-{n:02d}", 1)) for n in range(SCENARIOS)]
-    named[LARGE] = replace(joined(runs), key=named[LARGE].key)
+    named = [replace(runs[n % len(runs)], scenario=f"scenario-{n:02d}", seed=1) for n in range(SCENARIOS)]
+    named[LARGE] = replace(joined(runs), scenario=named[LARGE].scenario, seed=named[LARGE].seed)
     return named
 
 
@@ -70,7 +69,7 @@ def test_loss_of_two_percent_in_one_of_49_scenarios_is_worse():
 def test_tracks_withheld_in_one_of_49_scenarios_are_worse():
     base, head = pool(recorded.base()), pool(recorded.base())
     changed = [run.with_tracks(recorded.withhold(1, share=0.02), "withheld") for run in recorded.runs()]
-    head[LARGE] = replace(joined(changed), key=base[LARGE].key)
+    head[LARGE] = replace(joined(changed), scenario=base[LARGE].scenario, seed=base[LARGE].seed)
     comparison = against(base, head)
     assert comparison.verdict == "worse"
 

@@ -13,7 +13,7 @@ from support.optional import need
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.exchange.kitti import kitti_labels
 from luxloop.scenarios.exchange.nuscenes import nuscenes_reader
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 
 MOVING = 'ego = { motion = [{ kind = "arc", speed_mps = 3.0, radius_m = 12.0 }] }'
 SCENE = short_run.TEXT.replace('kind = "scripted"', f'kind = "scripted"\n{MOVING}')

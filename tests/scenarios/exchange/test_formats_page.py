@@ -13,7 +13,7 @@ from support.paths import ROOT
 
 from luxloop.plugins import formats_that
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 
 FORMATS, EXPORTS = formats_that("read_boxes"), formats_that("export")
 PAGE = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.grading.plane_geometry import into_frame
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.sensor_model.formats import lux_fused_scan, lux_object_list
 from luxloop.sensor_model.formats.lux_scan_message import encode
 from luxloop.sensor_model.formats.lux_scan_points import points_unit, scan_messages

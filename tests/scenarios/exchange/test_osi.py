@@ -21,7 +21,7 @@ from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange import file_formats
 from luxloop.scenarios.exchange.osi import osi_values, trace_boxes
 from luxloop.scenarios.grading.plane_geometry import into_frame
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.sensor_model.rig.beams import unit_table
 
 

@@ -9,7 +9,7 @@ from support import exported_run
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.exchange.nuscenes import nuscenes_reader
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 
 FIELDS = {
     "attribute": {"token": str, "name": str, "description": str},

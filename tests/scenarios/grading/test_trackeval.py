@@ -18,7 +18,7 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.grader import grade
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.plane_geometry import iou_table
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.scenarios.run import device
 

@@ -24,7 +24,7 @@ from luxloop.scenarios.league.drive import SCANS, drives
 from luxloop.scenarios.league.entrants import Entrant, entrants
 from luxloop.scenarios.league.league_page import refuse_other_files
 from luxloop.scenarios.league.standings import pooled_hota
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.scenarios.run import device, run_folder
 from luxloop.scenarios.run.device import REFERENCE
 from luxloop.scenarios.study.row_store import LOCK, ROWS, RowStore, as_text

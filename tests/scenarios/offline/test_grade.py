@@ -17,7 +17,7 @@ from luxloop.scenarios.grading.grader import PER_FRAME
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric
 from luxloop.scenarios.offline import track_file
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.html.reported_run import ReportedRun

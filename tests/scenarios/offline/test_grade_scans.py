@@ -12,8 +12,7 @@ from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.offline import recorded_scans
-from luxloop.scenarios.offline.recorded_run import RecordedRun
-from luxloop.scenarios.offline.recorded_scans import RecordedScans
+from luxloop.scenarios.offline.recorded_scans import RecordedRun, RecordedScans
 from luxloop.scenarios.run import device, loop
 from luxloop.scenarios.run.trace_hash import TraceHash
 

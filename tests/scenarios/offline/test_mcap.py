@@ -17,7 +17,7 @@ from support import short_run
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.offline.mcap import export as export_module
 from luxloop.scenarios.offline.mcap.messages import definition
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.tracker.tracker import Tracker
 
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}

@@ -14,7 +14,7 @@ from support import exported_run
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.exchange import mcap_boxes
 from luxloop.scenarios.grading.plane_geometry import into_frame
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.sensor_model.rig.beams import unit_table
 from luxloop.sim.world import Mode
 

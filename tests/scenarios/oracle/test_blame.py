@@ -9,13 +9,12 @@ from support import busy_street, faulty_stages, short_run
 from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.compare.stage_costs import stage_costs
+from luxloop.scenarios.compare.stage_costs import OWN_DRIVES, answer, blame_report, stage_costs
 from luxloop.scenarios.metrics.definitions import is_metric
 from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, StageCost, find_out
 from luxloop.scenarios.report import text as report
-from luxloop.scenarios.report.blame_tables import OWN_DRIVES, answer, blame_report
 from luxloop.scenarios.run import device, loop
 from luxloop.sim.scripted.scripted_source import ScriptedSource
 from luxloop.sim.source import TrafficEndedError

@@ -9,7 +9,7 @@ from support.labelled_shapes import SIZE, l_shape, left, rear, vehicle, write_da
 from support.real_data import real_file
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.realism import fit_observations, fit_report, labelled_recording
+from luxloop.scenarios.realism import fit_observations, fit_report
 
 POSE = (12.0, -12.0, 0.3)
 
@@ -43,8 +43,8 @@ def write_recording(folder, turned_by=0.0):
 
 def test_a_recording_gives_the_vehicles_of_each_cut_in_the_ego_frame(tmp_path):
     folder = write_recording(tmp_path / "street")
-    cuts = labelled_recording.cuts(folder)
-    found = [labelled_recording.read(folder, points, 3) for points in cuts]
+    cuts = fit_observations.cuts(folder)
+    found = [fit_observations.read(folder, points, 3) for points in cuts]
     assert [path.name for path in cuts] == ["bumper_points.parquet", "roof_points.parquet"]
     assert [[(one.data_set, one.actor_id, one.frame) for one in each] for each in found] == [
         [(3, 7, 0), (3, 7, 1)],

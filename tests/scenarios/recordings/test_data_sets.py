@@ -16,7 +16,7 @@ from luxloop.scenarios.grading.figures import Figures
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.plane_geometry import into_frame, turned
-from luxloop.scenarios.offline.recorded_run import RecordedRun
+from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.scenarios.recordings.recording import Recording
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import Tracker

@@ -6,8 +6,7 @@ import pytest
 from support import short_run
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.document.figure_files import parse_formats, save
+from luxloop.scenarios.document.figure import Figure, parse_formats
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files.scenario import Scenario
@@ -29,11 +28,11 @@ def paint(canvas):
 def test_formats_are_those_asked_for_and_equal_figures_give_equal_files(tmp_path):
     figure = Figure("a", "A title", "", (3.0, 2.0), paint)
     (tmp_path / "again").mkdir()
-    paths = save(figure, tmp_path, ["png", "svg", "pdf"])
+    paths = figure.save(tmp_path, ["png", "svg", "pdf"])
     assert [path.name for path in paths] == ["a.png", "a.svg", "a.pdf"]
     assert [path.read_bytes()[:5] for path in paths] == [b"\x89PNG\r", b"<?xml", b"%PDF-"]
     assert ">A title</text>" in paths[1].read_text(encoding="utf-8")
-    for before, after in zip(paths, save(figure, tmp_path / "again", ["png", "svg", "pdf"]), strict=True):
+    for before, after in zip(paths, figure.save(tmp_path / "again", ["png", "svg", "pdf"]), strict=True):
         assert before.read_bytes() == after.read_bytes()
 
 

@@ -8,7 +8,6 @@ import pytest
 import scipy
 from support.remission import PLACEBO, REACHED, TREATED
 
-from luxloop.scenarios.document import figure_files
 from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.study import survival
 from luxloop.scenarios.study.study_file import Study
@@ -138,7 +137,7 @@ def test_the_table_has_runs_medians_and_tests(study):
 def test_the_figure_is_drawn_also_if_hardly_any_run_has_a_value(study, table, tmp_path):
     picture = survival_picture(study, table, study.curve[0], "figure")
     assert "share of runs with a confirmed track" in picture.svg or len(table) < 6
-    (written,) = figure_files.save(picture, tmp_path, ["png"])
+    (written,) = picture.save(tmp_path, ["png"])
     assert written.stat().st_size > 5000
     assert ("2 runs without a value" in picture.caption) == (len(table) < 6)
 

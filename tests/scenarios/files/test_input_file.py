@@ -11,19 +11,19 @@ from luxloop.errors import Error
 from luxloop.scenarios.compare import baseline_file
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exchange import file_formats
-from luxloop.scenarios.files import plain_file, toml_file
+from luxloop.scenarios.files import input_file
 from luxloop.scenarios.offline import track_file
 from luxloop.scenarios.recordings.formats.format_choice import require_bytes
 from luxloop.sensor_model.rig import toml_table
 
 READERS = {
-    "scenario": toml_file.read,
+    "scenario": input_file.read,
     "rig": toml_table.read_table,
     "baseline": baseline_file.read,
     "boxes": lambda path: file_formats.read(path, "truth"),
     "tracks": lambda path: track_file.read_table(path, parquet=False),
     "recording": lambda path: require_bytes([path]),
-    "parquet": plain_file.read_parquet,
+    "parquet": input_file.read_parquet,
 }
 
 
@@ -38,11 +38,11 @@ def test_a_pipe_is_refused_before_it_is_read(kind, tmp_path):
 def test_a_parquet_file_of_equal_rows_is_read_up_to_a_limit(tmp_path, monkeypatch):
     path = tmp_path / "a.parquet"
     pq.write_table(pa.table({"x": pa.repeat(1, 500_000), "y": pa.repeat(2, 500_000)}), path)
-    assert plain_file.read_parquet(path).num_rows == 500_000
-    monkeypatch.setattr(plain_file, "ALWAYS_BYTES", 2**20)
+    assert input_file.read_parquet(path).num_rows == 500_000
+    monkeypatch.setattr(input_file, "ALWAYS_BYTES", 2**20)
     assert path.stat().st_size < 40_000
     with pytest.raises(InputError, match=r"a\.parquet: its 500000 rows expand to more than 100 times its size"):
-        plain_file.read_parquet(path)
+        input_file.read_parquet(path)
 
 
 @pytest.mark.parametrize("understated", [False, True])
