@@ -5,6 +5,7 @@ import re
 from dataclasses import fields, is_dataclass
 
 import pytest
+from support.paths import ROOT
 from support.short_run import TEXT
 
 from luxloop.scenarios.errors import ScenarioError
@@ -27,6 +28,13 @@ def accepts(key):
 def test_the_new_key_exists_and_the_old_one_does_not(old, new):
     assert accepts(new)
     assert not accepts(old)
+
+
+def test_the_page_of_changes_has_every_new_key():
+    rows = re.findall(
+        r"^\| `(tracker\.\S+)` \| `(\S+)` \|$", (ROOT / "docs/moving.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert dict(rows) == RENAMED
 
 
 @pytest.mark.parametrize("old", CONSTANTS)
