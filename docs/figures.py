@@ -58,7 +58,7 @@ def make(names: list[str]) -> None:
         print(f"{name} ...", flush=True)
         try:
             text = BLOCKS[name].make(name)
-        except commands.Missing as missing:
+        except (commands.Missing, ImportError) as missing:
             print(f"{name}: left as it is: {missing}", flush=True)
             continue
         for page in pages(ROOT):
