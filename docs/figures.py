@@ -16,7 +16,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from blocks import commands, stamps
+from blocks import stamps
 from blocks.catalog import BLOCKS
 from blocks.claims import broken
 from blocks.page import Part, pages, parts, write
@@ -48,6 +48,8 @@ def main() -> None:
 
 def state(part: Part) -> str:
     """Return whether a part shows today's figures, by the trace hashes of its stamp."""
+    if part.name not in BLOCKS:
+        return "no such block in docs/blocks/catalog.py"
     today = stamps.runs(BLOCKS[part.name].runs)
     return "today's" if not today or today in part.stamp else f"not of {today}"
 
@@ -58,11 +60,13 @@ def make(names: list[str]) -> None:
         print(f"{name} ...", flush=True)
         try:
             text = BLOCKS[name].make(name)
-        except commands.Missing as missing:
-            print(f"{name}: left as it is: {missing}", flush=True)
+        except Exception as error:  # the other blocks follow, in hours without supervision
+            print(f"{name}: left as it is: {type(error).__name__}: {error}", flush=True)
             continue
         for page in pages(ROOT):
             write(page, name, text, stamps.runs(BLOCKS[name].runs))
+            for fault in faults([part for part in parts(page) if part.name == name], {}):
+                print(fault, flush=True)
 
 
 def faults(found: list[Part], fresh: dict[str, str | None]) -> Iterator[str]:
@@ -70,7 +74,7 @@ def faults(found: list[Part], fresh: dict[str, str | None]) -> Iterator[str]:
     for part in found:
         where, again = f"{part.page.name}: {part.name}", f"python docs/figures.py '{part.name}'"
         if part.name not in BLOCKS:
-            yield f"{where}: no such block in docs/blocks/catalog.py"
+            yield f"{where}: {state(part)}"
             continue
         if part.name in fresh and fresh[part.name] != part.text:
             yield f"{where}: is not what luxloop gives today; {again}"

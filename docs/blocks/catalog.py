@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 
+from blocks import studies
+from blocks.reference import definitions
 from blocks.stamps import CATALOG
 
 FAMILIES = ("highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary")
@@ -37,8 +39,6 @@ class Block:
 
 def of_code() -> Iterator[tuple[str, Block]]:
     """Yield the blocks that a check makes again, in less than a minute together."""
-    from blocks.reference import definitions
-
     for name in definitions():
         yield f"keys of {name}", Block("reference:keys", cheap=True)
     for name in FAMILIES:
@@ -75,11 +75,11 @@ def of_catalog_runs() -> Iterator[tuple[str, Block]]:
 
 def of_other_runs() -> Iterator[tuple[str, Block]]:
     """Yield the blocks of studies, other seeds, benchmarks and real data: old when the catalog's runs change."""
-    from blocks import studies
-
     whole = (CATALOG,)
     for name in studies.FIGURES:
         yield name, Block("studies:picture", studies.command(name), whole)
+    yield "survival", Block("studies:survival", studies.sweep("occlusion"), whole)
+    yield "emergence", Block("studies:emergence", studies.sweep("parked-truck"), whole)
     for name in (f"sensor_{module}" for module in SENSOR):
         yield name, Block("drawings:draw", f"python docs/figures.py {name}", whole)
     for name in (f"motion_{module}" for module in MOTION):

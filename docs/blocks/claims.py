@@ -15,8 +15,12 @@ def broken(claims: tuple[str, ...], text: str) -> Iterator[str]:
     """Yield the claims that do not hold in the tables of a text."""
     for claim in claims:
         terms = re.split(r" (<=|>=|==|<|>) ", claim)
-        values = [value(term, text) for term in terms[::2]]
         signs = terms[1::2]
+        try:
+            values = [value(term, text) for term in terms[::2]]
+        except (KeyError, ValueError) as error:
+            yield f"{claim}: {error}"
+            continue
         if not signs or not all(OPERATORS[s](*pair) for s, *pair in zip(signs, values, values[1:], strict=False)):
             yield f"{claim} ({', '.join(map(str, values))})"
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from blocks.catalog import BLOCKS
 from blocks.stamps import stamp
 
 PART = re.compile(r"<!-- (?!end )([^\n]+?) -->\n(.*?)\n?<!-- end -->", re.DOTALL)
@@ -58,7 +59,6 @@ def parsed(page: Path, mark: str, text: str) -> Part:
 
 def write(page: Path, name: str, text: str | None, hashes: str) -> None:
     """Replace the parts of a name on a page; without a text, only their pictures are new."""
-    from blocks.catalog import BLOCKS
 
     def renewed(match: re.Match[str]) -> str:
         part = parsed(page, match[1], match[2])

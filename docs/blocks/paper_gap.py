@@ -1,7 +1,7 @@
 """Where the paper's steps err, on simulated and on real vehicles: table and picture.
 
-The first half of the drive of `paper-campus` is scanned with several bodies, into data sets in runs/paper-gap, which
-are used again. The real vehicles are 3.8 s of scene 002 of PandaSet (CC BY 4.0, Scale AI and Hesai), cut to four
+The first half of the drive of `paper-campus` is scanned with several bodies, into data sets in the folder `runs`,
+which are used again. The real vehicles are 3.8 s of scene 002 of PandaSet (CC BY 4.0, Scale AI and Hesai), cut to four
 layers at bumper height.
 """
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import numpy.typing as npt
-from blocks import commands, realism
+from blocks import commands, realism, stamps
 from fits.league_tables import markdown
 from matplotlib.figure import Figure
 
@@ -70,7 +70,8 @@ CHANGES: dict[str, DetectorConfig] = {
 @cache
 def sets() -> dict[str, list[LabelledVehicle]]:
     """Return the vehicles of each set."""
-    cache_folder = commands.RUNS / "paper-gap"
+    cache_folder = commands.RUNS / f"paper-gap-{stamps.runs((stamps.CATALOG,))[-8:]}"
+    cache_folder.mkdir(parents=True, exist_ok=True)
     found = {name: simulated(cache_folder / name.replace(" ", "-"), name) for name in FLANKS_M}
     return found | {"real, bumper height": realism.street()}
 
