@@ -12,10 +12,11 @@ from luxloop.scenarios.run import one_request, user_code
 
 def serve() -> None:
     """Answer the request."""
-    one_request.answer(_values)
+    one_request.answer(values)
 
 
-def _values(request: tuple[dict[str, str], str, dict[str, Any] | None]) -> dict[str, dict[str, Any]]:
+def values(request: tuple[dict[str, str], str, dict[str, Any] | None]) -> dict[str, dict[str, Any]]:
+    """Return the answer to a request."""
     functions, folder, tables = request
     return {name: _answer(function, Path(folder), tables) for name, function in functions.items()}
 
@@ -31,8 +32,10 @@ def _answer(function: str, folder: Path, tables: dict[str, Any] | None) -> dict[
     try:
         value: Any = called({name: table.copy() for name, table in tables.items()})
     except BaseException as error:  # all that the user's code can raise
-        return {"error": f"{user_code.place_of(error, (__file__,))}{type(error).__name__}: {error}"}
+        return {"error": f"{user_code.place_of(error, (__file__,))}{type(error).__name__}: {user_code.text_of(error)}"}
     try:
-        return {"value": None if value is None else float(value)}
-    except Exception:
-        return {"type": type(value).__name__}
+        if not isinstance(value, str | bytes):  # of which float() reads numbers
+            return {"value": None if value is None else float(value)}
+    except BaseException:  # its class may do anything
+        pass
+    return {"type": type(value).__name__}

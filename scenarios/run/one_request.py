@@ -31,6 +31,8 @@ def ask(module: str, request: object, answer_max: int, deadline: float) -> Any:
         if length > answer_max:
             raise ChildError(f"answered {length} bytes")
         return json.loads(child.receive(length, deadline))
+    except RecursionError as error:
+        raise ValueError("answered no JSON") from error
     finally:
         child.close()
 
@@ -42,5 +44,8 @@ def answer(reply: Callable[[Any], Any]) -> None:
     answers = os.dup(1)
     os.dup2(2, 1)
     body = json.dumps(reply(request)).encode()
-    with os.fdopen(answers, "wb") as out:
-        out.write(LENGTH.pack(len(body)) + body)
+    try:
+        with os.fdopen(answers, "wb") as out:
+            out.write(LENGTH.pack(len(body)) + body)
+    except OSError:  # the user's code has closed it
+        os._exit(1)

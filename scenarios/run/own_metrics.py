@@ -91,12 +91,14 @@ def _answers(metrics: list[OwnMetric], tables: Tables | None) -> dict[str, dict[
 def _value(answer: Mapping[str, Any], metric: OwnMetric, frames: int) -> Metric:
     """Return the metric of an answer."""
     if "error" in answer:
-        raise MetricError(f"{metric.name}: {metric.function}: {' '.join(str(answer['error']).split())}")
+        raise MetricError(f"{metric.name}: {metric.function}: {answer['error']}")
     if "type" in answer:
         raise MetricError(f"{metric.name}: {metric.function} returned a {answer['type']}, no number")
     value = answer.get("value")
     if value is None:
         return Metric(None, metric.definition.unit, 0, f"{metric.function} returned no value")
+    if not isinstance(value, float):
+        raise MetricError(f"{metric.name}: the process of {metric.function} answered no number")
     if not math.isfinite(value):
         raise MetricError(f"{metric.name}: {metric.function} returned {value}; return None without a value")
-    return Metric(float(value), metric.definition.unit, frames)
+    return Metric(value, metric.definition.unit, frames)
