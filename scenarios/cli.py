@@ -165,7 +165,7 @@ def _carry_out(arguments: list[str] | None) -> int:
         return print_error(error.format_message(), error.exit_code)
     except Interrupted as error:
         return print_error(str(error), ExitCode.INTERRUPTED)
-    except (Exception, SystemExit, KeyboardInterrupt) as error:  # no library ends luxloop with a code of its own
+    except BaseException as error:  # no library ends luxloop with a code of its own
         if COMPLETION in os.environ:
             raise
         if _is_unread():

@@ -310,5 +310,5 @@ def _of_boxes(boxes: Boxes, segment: Ints) -> dict[str, Floats]:
     found = np.flatnonzero(np.isin(segment, boxes.segment))
     box = order[place[found]]
     heading[found] = boxes.heading[box]
-    std[found] = np.degrees(np.sqrt(boxes.covariance[box, 2, 2]))
+    std[found] = np.degrees(np.sqrt(np.maximum(boxes.covariance[box, 2, 2], 0.0)))
     return {"box_heading_ego_rad": heading, "box_heading_std_deg": std}

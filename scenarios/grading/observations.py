@@ -367,8 +367,9 @@ def _of_fit(rows: Observations, name: str) -> Column | None:
             return np.abs(rows[f"{figure}_error_m"])
     for percent in COVERAGES:
         if name == f"inside_{percent}":
-            deviations = np.abs(rows["box_heading_error_deg"]) / rows["box_heading_std_deg"]
-            return np.where(np.isnan(deviations), np.nan, deviations <= NormalDist().inv_cdf(0.5 + 0.005 * percent))
+            margin = NormalDist().inv_cdf(0.5 + 0.005 * percent) * rows["box_heading_std_deg"]
+            excess = np.abs(rows["box_heading_error_deg"]) - margin
+            return np.where(np.isnan(excess), np.nan, excess <= 0.0)
     if name == "at_bound_deg":  # the mean absolute value of a normal error is sqrt(2 / pi) times its deviation
         return np.asarray(np.sqrt(2.0 / np.pi) * rows["heading_bound_deg"])
     return np.where(np.isnan(rows["heading_bound_deg"]), np.nan, np.abs(error)) if name == "bounded_abs_deg" else None

@@ -14,6 +14,7 @@ from luxloop.scenarios.run.output_checks import (
     check_trace_shapes,
     check_values,
 )
+from luxloop.scenarios.run.user_code import text_of
 from luxloop.tracker.records import Boxes, Candidates, Linkage, Segments, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 
@@ -53,10 +54,10 @@ class OutputCheck:
                 raise BrokenOutputError(f"returned {type(other).__name__}; return Tracks or (Tracks, StepTrace)")
         try:
             return self._checked_tracks(tracks), _checked_trace(trace, scan) if trace else None
-        except BrokenOutputError:
+        except (BrokenOutputError, KeyboardInterrupt):
             raise
-        except (Exception, SystemExit) as error:  # fields are missing, or properties that fail
-            what = f"returned a record that cannot be read ({type(error).__name__}: {error}); {MORE}"
+        except BaseException as error:  # fields are missing, or properties that fail
+            what = f"returned a record that cannot be read ({type(error).__name__}: {text_of(error)}); {MORE}"
             raise BrokenOutputError(what) from error
 
     def _checked_tracks(self, tracks: Tracks) -> Tracks:

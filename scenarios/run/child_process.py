@@ -13,13 +13,19 @@ import socket
 import struct
 import subprocess
 import sys
+import tempfile
 import time
+import uuid
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from luxloop.scenarios.run.supervisor import remove
+
 SUPERVISOR = str(Path(__file__).with_name("supervisor.py"))
+PART_BYTES = 1 << 20
+"""Largest part of an answer that is read at once [bytes]: the length that an answer states may be wrong."""
 END_S = 5.0
 """Time for a process to end after its input is closed [s]."""
 KEPT = frozenset({
@@ -55,19 +61,31 @@ class ChildProcess:
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, pass_fds=[other.fileno()], cwd="/",
                 env=environment(), start_new_session=True,
             )  # fmt: skip
+        # The supervisor makes the folder: only then does a judge that is killed at any time leave none.
+        self._folder = str(Path(tempfile.gettempdir(), f"luxloop-device-{uuid.uuid4().hex}"))
         assert self._supervisor.stdin
         assert self._supervisor.stdout
         self._input, self._output = self._supervisor.stdin.fileno(), self._supervisor.stdout.fileno()
         for descriptor in (self._input, self._output):
             os.set_blocking(descriptor, False)
-        self._control.sendall(json.dumps(arguments).encode() + b"\n")
+        self._control.sendall(json.dumps([self._folder, *arguments]).encode() + b"\n")
 
     def __del__(self) -> None:
         with suppress(AttributeError):  # it was never started
             self.close()
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write all of `data` until `deadline` on the monotonic clock."""
+        """Write all of `data` until `deadline` on the monotonic clock.
+
+        Raises
+        ------
+        ChildError
+            The process ended, or has written more than was received: the answer to a request that it did not know.
+        ChildTimeoutError
+            It does not read in time.
+        """
+        if select.select([self._output], [], [], 0.0)[0]:
+            raise ChildError("answered before it was asked" if os.read(self._output, 1) else self._ending())
         view = memoryview(data)
         while view:
             if not select.select([], [self._input], [], _left(deadline))[1]:
@@ -82,9 +100,9 @@ class ChildProcess:
         data = bytearray()
         while len(data) < count:
             ready = select.select([self._output, self._control.fileno()], [], [], _left(deadline))[0]
-            if not ready:
+            if not ready or time.monotonic() > deadline:  # it may write a byte at a time for ever
                 raise ChildTimeoutError
-            part = os.read(self._output, count - len(data)) if self._output in ready else b""
+            part = os.read(self._output, min(count - len(data), PART_BYTES)) if self._output in ready else b""
             if not part:
                 raise ChildError(self._ending())
             data += part
@@ -116,6 +134,7 @@ class ChildProcess:
         except subprocess.TimeoutExpired:
             self._supervisor.kill()
             self._supervisor.wait()
+        remove(self._folder)  # the family may have killed its supervisor
         for stream in (self._supervisor.stdin, self._supervisor.stdout):
             if stream:
                 stream.close()
@@ -145,7 +164,10 @@ def _left(deadline: float) -> float:
 
 
 def _said(code: int) -> str:
-    return f"ended by signal {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+    if code >= 0:
+        return f"ended with exit code {code}"
+    named = {number.value: number.name for number in signal.Signals}
+    return f"ended by signal {named.get(-code, -code)}"
 
 
 BOOT = """\
@@ -188,6 +210,8 @@ def ask(module: str, request: object, answer_max: int, deadline: float) -> Any:
         if length > answer_max:
             raise ChildError(f"answered {length} bytes")
         return json.loads(child.receive(length, deadline))
+    except RecursionError as error:
+        raise ValueError("answered no JSON") from error
     finally:
         child.close()
 
@@ -199,5 +223,8 @@ def answer(reply: Callable[[Any], Any]) -> None:
     answers = os.dup(1)
     os.dup2(2, 1)
     body = json.dumps(reply(request)).encode()
-    with os.fdopen(answers, "wb") as out:
-        out.write(LENGTH.pack(len(body)) + body)
+    try:
+        with os.fdopen(answers, "wb") as out:
+            out.write(LENGTH.pack(len(body)) + body)
+    except OSError:  # the user's code has closed it
+        os._exit(1)

@@ -11,7 +11,7 @@ from luxloop.scenarios.run.child_process import ChildError, ChildTimeoutError
 from luxloop.scenarios.run.device import APART, Device, DeviceFactory
 from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S, ProcessTracker, TrackerProcess
 from luxloop.scenarios.run.termination import is_interrupt
-from luxloop.scenarios.run.user_code import place_of
+from luxloop.scenarios.run.user_code import place_of, text_of
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
@@ -111,7 +111,8 @@ class Guard:
         except BaseException as error:
             if is_interrupt(error) or self._own or (self._frame < 0 and isinstance(error, InputError)):
                 raise
-            self._break(f"{place_of(error, (__file__,))}raised {type(error).__name__}: {error}".rstrip(": "), error)
+            reason = f"{type(error).__name__}: {text_of(error)}".rstrip(": ")
+            self._break(f"{place_of(error, (__file__,))}raised {reason}", error)
 
     def _line(self, what: str) -> str:
         if self._frame < 0:

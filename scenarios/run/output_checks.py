@@ -51,7 +51,10 @@ MOTION = {"velocity": slice(2, 4), "acceleration": slice(4, 6), "yaw rate": slic
 TOLERANCE = 1e-6
 """Tolerance of a sum of probabilities, and of symmetry and eigenvalues of a covariance relative to its size."""
 LARGEST = 1e9
-"""Largest magnitude in `mean` and `size` [m, s, rad]: products of larger numbers overflow in the metrics."""
+"""Largest magnitude of a number [m, s, rad], and its square that of a covariance: products of larger ones overflow in
+the metrics."""
+LENGTHS = ("mean", "size", "model_position_odom", "prediction_odom")
+SQUARES = ("covariance", "model_covariance_odom", "model_nis")
 
 
 def check_shapes(tracks: Tracks) -> Faults:
@@ -81,7 +84,7 @@ def check_array(name: str, value: object, wanted: tuple[int | str, ...], kinds: 
 
 def check_values(tracks: Tracks) -> Faults:
     """Check finite values, valid codes, unique ids and normalised probabilities."""
-    yield from _check_state(tracks)
+    yield from _check_numbers(tracks)
     signs = np.abs(tracks.corner_sign.astype(np.int64))
     codes = {
         "status is not a member of Status": (tracks.status >= 0) & (tracks.status < len(Status)),
@@ -100,8 +103,8 @@ def check_values(tracks: Tracks) -> Faults:
     yield from _check_probabilities(tracks)
 
 
-def _check_state(tracks: Tracks) -> Faults:
-    """Check `mean`, `size` and the positions of the models."""
+def _check_numbers(tracks: Tracks) -> Faults:
+    """Check that the state is known, and that no number is too large."""
     check = "values are finite"
     finite = np.isfinite(tracks.mean)
     yield from _invalid(check, tracks, finite[:, [0, 1, 6]], "mean is not finite (position, heading)")
@@ -110,10 +113,10 @@ def _check_state(tracks: Tracks) -> Faults:
         yield from _invalid(check, tracks, known, f"mean is not finite ({name}, which is NaN as a whole if unknown)")
     yield from _invalid(check, tracks, np.isfinite(tracks.size), "size is not finite")
     yield from _invalid(check, tracks, ~(tracks.size <= 0), "size is not above 0")
-    for name in ("mean", "size"):
-        small = ~(np.abs(getattr(tracks, name)) > LARGEST)
-        yield from _invalid(check, tracks, small, f"{name} is beyond {LARGEST:g}")
-    yield from _invalid(check, tracks, ~np.isinf(tracks.model_position_odom), "model_position_odom is infinite")
+    for names, largest in ((LENGTHS, LARGEST), (SQUARES, LARGEST**2)):
+        for name in names:
+            if (values := getattr(tracks, name)) is not None:
+                yield from _invalid(check, tracks, ~(np.abs(values) > largest), f"{name} is beyond {largest:g}")
 
 
 def _check_probabilities(tracks: Tracks) -> Faults:
@@ -197,6 +200,7 @@ BOX_ARRAYS: dict[str, tuple[tuple[int | str, ...], str]] = {
     "track_id": ((), "iu"),
 }
 """The same for B boxes."""
+FLOATS = [name for name, (_, kinds) in (SEGMENT_ARRAYS | BOX_ARRAYS).items() if kinds == "f"]
 
 
 def check_trace(trace: StepTrace, scan: Scan) -> Faults:
@@ -209,11 +213,19 @@ def check_trace(trace: StepTrace, scan: Scan) -> Faults:
             return
     if len(label) and not (label.min() >= NOT_USED and label.max() < count):
         yield Fault(TRACE_CHECK, f"segments.label is {label.min()} to {label.max()} for {count} segments")
+    best, methods = trace.candidates.best, trace.candidates.heading.shape[1]
+    if len(best) and not (best.min() >= 0 and best.max() < methods):
+        yield Fault(TRACE_CHECK, f"candidates.best is {best.min()} to {best.max()} for {methods} methods")
     segment = trace.boxes.segment
+    if not len(segment) <= count <= len(scan):
+        yield Fault(TRACE_CHECK, f"{len(segment)} boxes of {count} segments of {len(scan)} points; one may have one")
     if len(segment) and not (segment.min() >= 0 and segment.max() < count):
         yield Fault(TRACE_CHECK, f"boxes.segment is {segment.min()} to {segment.max()} for {count} segments")
     if len(trace.track_id) != len(segment):
         yield Fault(TRACE_CHECK, f"track_id has {len(trace.track_id)} entries for {len(segment)} boxes")
+    for name in FLOATS:
+        if np.any(np.abs(_field(trace, name)) > LARGEST**2):  # not NaN: a value that is not estimated
+            yield Fault(TRACE_CHECK, f"{name} is beyond {LARGEST**2:g}")
 
 
 def check_trace_shapes(trace: StepTrace) -> Faults:

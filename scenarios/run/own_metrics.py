@@ -91,23 +91,26 @@ def _answers(metrics: list[OwnMetric], tables: Tables | None) -> dict[str, dict[
 def _value(answer: Mapping[str, Any], metric: OwnMetric, frames: int) -> Metric:
     """Return the metric of an answer."""
     if "error" in answer:
-        raise MetricError(f"{metric.name}: {metric.function}: {' '.join(str(answer['error']).split())}")
+        raise MetricError(f"{metric.name}: {metric.function}: {answer['error']}")
     if "type" in answer:
         raise MetricError(f"{metric.name}: {metric.function} returned a {answer['type']}, no number")
     value = answer.get("value")
     if value is None:
         return Metric(None, metric.definition.unit, 0, f"{metric.function} returned no value")
+    if not isinstance(value, float):
+        raise MetricError(f"{metric.name}: the process of {metric.function} answered no number")
     if not math.isfinite(value):
         raise MetricError(f"{metric.name}: {metric.function} returned {value}; return None without a value")
-    return Metric(float(value), metric.definition.unit, frames)
+    return Metric(value, metric.definition.unit, frames)
 
 
 def serve() -> None:
     """Answer the request."""
-    child_process.answer(_values)
+    child_process.answer(values)
 
 
-def _values(request: tuple[dict[str, str], str, dict[str, Any] | None]) -> dict[str, dict[str, Any]]:
+def values(request: tuple[dict[str, str], str, dict[str, Any] | None]) -> dict[str, dict[str, Any]]:
+    """Return the answer to a request."""
     functions, folder, tables = request
     return {name: _answer(function, Path(folder), tables) for name, function in functions.items()}
 
@@ -123,8 +126,10 @@ def _answer(function: str, folder: Path, tables: dict[str, Any] | None) -> dict[
     try:
         value: Any = called({name: table.copy() for name, table in tables.items()})
     except BaseException as error:  # all that the user's code can raise
-        return {"error": f"{user_code.place_of(error, (__file__,))}{type(error).__name__}: {error}"}
+        return {"error": f"{user_code.place_of(error, (__file__,))}{type(error).__name__}: {user_code.text_of(error)}"}
     try:
-        return {"value": None if value is None else float(value)}
-    except Exception:
-        return {"type": type(value).__name__}
+        if not isinstance(value, str | bytes):  # of which float() reads numbers
+            return {"value": None if value is None else float(value)}
+    except BaseException:  # its class may do anything
+        pass
+    return {"type": type(value).__name__}

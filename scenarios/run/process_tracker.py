@@ -20,7 +20,7 @@ import numpy as np
 from luxloop.scenarios.errors import DeviceError
 from luxloop.scenarios.run import child_process
 from luxloop.scenarios.run.child_process import ChildError, ChildProcess, ChildTimeoutError
-from luxloop.scenarios.run.record_messages import ANSWER, Kind, decode
+from luxloop.scenarios.run.record_messages import ANSWER, TEXT_MAX, Kind, decode
 from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
@@ -272,5 +272,5 @@ def _ask(child: ChildProcess, request: tuple[str, tuple[object, ...]], deadline:
         raise ChildError(f"answered {length} bytes of kind {number}")
     body, kind = child.receive(length, deadline), Kind(number)
     if kind is Kind.ERROR:
-        raise ChildError(body.decode(errors="replace"))
+        raise ChildError(body[:TEXT_MAX].decode(errors="replace"))
     return kind, body

@@ -15,12 +15,18 @@ from luxloop.tracker.records import Boxes, Candidates, Linkage, Segments, StepTr
 
 ANSWER = struct.Struct("<IB")
 """Length of the body [bytes] and kind of an answer."""
+TEXT_MAX = 4000
+"""Longest text of an answer [bytes]."""
 HEAD = struct.Struct("<I")
 """Length of the JSON head of an output [bytes]."""
+HEAD_MAX = 1 << 16
+"""Longest head [bytes]."""
 RECORDS: dict[str, type] = {
     "tracks": Tracks, "segments": Segments, "linkage": Linkage, "candidates": Candidates, "boxes": Boxes
 }  # fmt: skip
 """Records of an answer by name; `track_id` of the trace is an array of its own."""
+NUMBERS = frozenset(np.dtype(code).newbyteorder("<").str for code in "?bBhHiIlLqQefd")
+"""Types of arrays."""
 TRACE = ("segments", "linkage", "candidates", "boxes")
 
 
@@ -64,6 +70,8 @@ def decode(body: bytes) -> tuple[Tracks, StepTrace | None]:
     """
     try:
         (length,) = HEAD.unpack_from(body)
+        if length > HEAD_MAX:
+            raise ValueError(f"a head of {length} bytes")
         head, start = json.loads(body[HEAD.size : HEAD.size + length]), HEAD.size + length
         records: dict[str, Any] = {}
         for name, fields in head.items():
@@ -76,7 +84,7 @@ def decode(body: bytes) -> tuple[Tracks, StepTrace | None]:
             records[name] = RECORDS[name](**values)
         tracks = records.pop("tracks")
         return tracks, StepTrace(**records) if records else None
-    except (struct.error, KeyError, TypeError, AttributeError, RecursionError, OverflowError) as error:
+    except (struct.error, KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
         raise ValueError(f"answered no record ({error})") from error
 
 
@@ -106,7 +114,7 @@ def _array(value: Any, parts: list[bytes]) -> dict[str, Any]:
 
 
 def _is_number(dtype: "np.dtype[Any]") -> bool:
-    return dtype.kind in "fiub" and dtype.itemsize <= 8 and dtype.isnative
+    return dtype.isnative and dtype.newbyteorder("<").str in NUMBERS
 
 
 def _read(described: dict[str, Any], body: bytes, start: int) -> tuple[Any, int]:
@@ -116,9 +124,9 @@ def _read(described: dict[str, Any], body: bytes, start: int) -> tuple[Any, int]
     if "type" not in described:
         value = described["value"]
         return None if value is None else int(value), start
-    dtype, shape = np.dtype(str(described["type"])), [int(axis) for axis in described["shape"]]
-    if not _is_number(dtype) or any(axis < 0 for axis in shape):
-        raise ValueError(f"answered an array of {dtype} with the shape {shape}")
-    count = math.prod(shape)
+    shape = [int(axis) for axis in described["shape"]]
+    if described["type"] not in NUMBERS or any(axis < 0 for axis in shape):
+        raise ValueError(f"an array of {described['type']} with the shape {shape}")
+    dtype, count = np.dtype(described["type"]), math.prod(shape)
     values = np.frombuffer(body, dtype, count, start) if count else np.empty(0, dtype)
     return values.reshape(shape), start + count * dtype.itemsize

@@ -218,6 +218,12 @@ LARGEST_NUMBER = 1e12
 """Absolute value of any finite number, in any unit."""
 FINITE_TABLES = ("truth",)
 """Tables without infinite numbers."""
+KEYS = {
+    "truth": ["frame", "actor_id"],
+    "tracks": ["frame", "track_id"],
+    "fits": ["frame", "actor_id", "method"],
+}
+"""Columns whose values together name one row of a table."""
 DTYPE_KINDS = {np.int64: "iu", np.float64: "fiu", np.bool_: "b"}
 """Kinds of dtype by the type of a column."""
 
@@ -228,7 +234,7 @@ def require_table(name: str, table: pd.DataFrame) -> None:
     Raises
     ------
     ValueError
-        A column is missing or has another type, or a number that no run has.
+        A column is missing or has another type, a number is one that no run has, or a row occurs twice.
     """
     schema = SCHEMAS.get(name, {})
     known = {"frame", *schema} if schema else set()
@@ -249,6 +255,8 @@ def require_table(name: str, table: pd.DataFrame) -> None:
             raise ValueError(f"column {column} of {name} holds {cells.dtype}, not {wanted.__name__}")
         if cells.dtype.kind in "fiu":
             _require_magnitude(name, column, cells.to_numpy(np.float64))
+    if name in KEYS and table.duplicated(KEYS[name]).any():
+        raise ValueError(f"two rows of {name} have the same {', '.join(KEYS[name])}")
 
 
 def _require_magnitude(name: str, column: str, values: np.ndarray) -> None:

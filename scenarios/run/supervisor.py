@@ -1,8 +1,8 @@
 """Parent of a process with code of the user: ends the whole family when the judge closes the control socket or dies.
 
 It runs as a script without luxloop: `python -I -S supervisor.py CONTROL`. The first line on the control socket is the
-command as JSON; the exit code is its only answer. Orphans of the family become children of this process, also those
-in a session of their own (Linux), so that none outlives it.
+working folder, to be made, and the command, as JSON; the exit code is its only answer. Orphans of the family become
+children of this process, also those in a session of their own (Linux), so that none outlives it.
 """
 
 import ctypes
@@ -10,11 +10,9 @@ import json
 import os
 import resource
 import select
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 
@@ -29,17 +27,19 @@ def main(control: int) -> None:
     _prctl(SET_SUBREAPER, 1)
     wake, waker = os.pipe()
     os.set_blocking(waker, False)
-    signal.set_wakeup_fd(waker)
-    signal.signal(signal.SIGCHLD, lambda *_: None)
+    signal.set_wakeup_fd(waker, warn_on_full_buffer=False)
+    for number in signal.valid_signals() - {signal.SIGKILL, signal.SIGSTOP}:  # the family may send any
+        with suppress(OSError):
+            signal.signal(number, lambda *_: None)
     with open(control, "rb", buffering=0, closefd=False) as lines:
-        arguments = json.loads(lines.readline())
-    folder = tempfile.mkdtemp(prefix="luxloop-device-")
+        folder, *arguments = json.loads(lines.readline())
+    Path(folder).mkdir(0o700)
     try:
         with suppress(OSError):  # no such program: the judge reports that it has ended
             _serve(subprocess.Popen(arguments, cwd=folder, start_new_session=True, preexec_fn=_restrict), control, wake)
     finally:
         _end_children()
-        shutil.rmtree(folder, ignore_errors=True)
+        remove(folder)
 
 
 def _serve(device: "subprocess.Popen[bytes]", control: int, wake: int) -> None:
@@ -77,23 +77,25 @@ def _prctl(option: int, value: int) -> None:
 def _end_children() -> None:
     """Kill all children, and those that their end makes to children, until none is left."""
     while True:
-        for child in _children():
-            with suppress(ProcessLookupError, PermissionError):
-                os.kill(child, signal.SIGKILL)
+        for stat in Path("/proc").glob("[0-9]*/stat"):
+            with suppress(OSError):  # it ended meanwhile
+                if int(stat.read_bytes().rpartition(b")")[2].split()[1]) == os.getpid():
+                    os.kill(int(stat.parent.name), signal.SIGKILL)
         try:
             os.waitpid(-1, 0)
         except ChildProcessError:
             return
 
 
-def _children() -> list[int]:
-    """Return the children of this process that are known to /proc."""
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError):  # ended meanwhile
-            if int(stat.read_bytes().rpartition(b")")[2].split()[1]) == os.getpid():
-                found.append(int(stat.parent.name))
-    return found
+def remove(folder: str) -> None:
+    """Remove the working folder, also if the family has locked it, nested it deeply, or put a link in its place."""
+    with suppress(OSError):  # mostly it is empty
+        Path(folder).rmdir()
+    for command in (["rm", "-rf", folder], ["chmod", "-R", "u+rwx", folder], ["rm", "-rf", folder]):
+        if not os.path.lexists(folder):
+            return
+        with suppress(OSError):
+            subprocess.run(command, stderr=subprocess.DEVNULL, check=False)
 
 
 if __name__ == "__main__":

@@ -11,12 +11,9 @@ from typing import Any, BinaryIO
 
 from luxloop.scenarios.run import checked_output, user_code
 from luxloop.scenarios.run.checked_output import BrokenOutputError, OutputCheck
-from luxloop.scenarios.run.record_messages import ANSWER, Kind, encode
+from luxloop.scenarios.run.record_messages import ANSWER, TEXT_MAX, Kind, encode
 from luxloop.sim.rare_collection import collect_rarely
 from luxloop.tracker.scan import Scan
-
-TEXT_MAX = 4000
-"""Longest text of an error [bytes]."""
 
 
 def serve() -> None:
@@ -27,8 +24,11 @@ def serve() -> None:
         os.dup2(nothing.fileno(), 0)
     os.dup2(2, 1)
     server = _Server(requests, answers)
-    while server.answer():
-        pass
+    try:
+        while server.answer():
+            pass
+    except (OSError, pickle.UnpicklingError):  # the tracker has closed its connection, or read from it
+        os._exit(1)
 
 
 class _Server:
@@ -49,11 +49,12 @@ class _Server:
         try:
             kind, body = getattr(self, f"_{name}")(*arguments)
         except (BrokenOutputError, user_code.UserCodeError) as error:
-            kind, body = Kind.ERROR, str(error).encode(errors="replace")[:TEXT_MAX]
+            kind, body = Kind.ERROR, str(error).encode(errors="replace")
         except BaseException as error:  # all that a tracker can raise
-            kind, body = Kind.ERROR, _described(error).encode(errors="replace")[:TEXT_MAX]
+            kind, body = Kind.ERROR, _described(error).encode(errors="replace")
         if os.getpid() != self._process:
             kind, body = Kind.ERROR, b"forked the tracker, and the copy returned; end it with os._exit"
+        body = body if kind is Kind.OUTPUT else body[:TEXT_MAX]
         self._write(ANSWER.pack(len(body), kind) + body)
         if os.getpid() != self._process:
             os._exit(0)
@@ -62,7 +63,7 @@ class _Server:
     def _load(self, spec: str, folder: str) -> tuple[Kind, bytes]:
         self._make = user_code.load(spec, Path(folder))
         lines = (self._make.__doc__ or "").strip().splitlines()
-        return Kind.TEXT, (lines[0] if lines else "").encode()[:TEXT_MAX]
+        return Kind.TEXT, (lines[0] if lines else "").encode(errors="replace")
 
     def _start(self, config: Any) -> tuple[Kind, bytes]:
         self._tracker, self._check = None, OutputCheck()
@@ -84,12 +85,5 @@ class _Server:
 
 def _described(error: BaseException) -> str:
     place = user_code.place_of(error, (__file__,))
-    reason = f"{type(error).__name__}: {_text(error)}".rstrip(": ")
+    reason = f"{type(error).__name__}: {user_code.text_of(error)}".rstrip(": ")
     return f"{place}raised {reason}"
-
-
-def _text(error: BaseException) -> str:
-    try:
-        return str(error)
-    except Exception:  # its class may do anything
-        return ""

@@ -16,6 +16,8 @@ from luxloop import former_names
 
 FILE_MODULE = "tracker_file_"
 """Begin of the names of modules that are made of files."""
+TEXT_MAX = 4000
+"""Longest text of an error."""
 
 
 class UserCodeError(Exception):
@@ -96,9 +98,16 @@ def _one_line_errors() -> Iterator[None]:
     try:
         yield
     except (Exception, SystemExit, GeneratorExit) as error:
-        reason = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
-        message = f"{place_of(error)}{type(error).__name__}: {reason}{former_names.remedy(error)}"
+        message = f"{place_of(error)}{type(error).__name__}: {text_of(error)}{former_names.remedy(error)}"
         raise UserCodeError(message) from error
+
+
+def text_of(error: BaseException) -> str:
+    """Return the text of an error of the user's code on one line, empty if its class fails to give one."""
+    try:
+        return " ".join(str(error.msg if isinstance(error, SyntaxError) else error)[:TEXT_MAX].split())
+    except BaseException:  # its class may do anything
+        return ""
 
 
 def place_of(error: BaseException, apart_from: tuple[str, ...] = ()) -> str:

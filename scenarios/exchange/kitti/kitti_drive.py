@@ -6,6 +6,7 @@ without its height. Poses are those of `oxts`, by the Mercator projection of KIT
 and in the exports of luxloop. Boxes are turned from camera axes into the velodyne frame by the calibration.
 """
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,7 +42,7 @@ def open_recording(path: Path, sequence: str | None, rate_hz: float) -> DataSet:
     frames = np.array([int(file.stem) for file in files])
     times, labels = root / "times" / f"{name}.txt", root / "label_02" / f"{name}.txt"
     calibration = _calibration(root / "calib" / f"{name}.txt")
-    time = _of_frames(times, _numbers(times, 1)[:, 0], frames) if times.is_file() else frames / rate_hz
+    time = _of_frames(times, numbers(times, 1)[:, 0], frames) if times.is_file() else frames / rate_hz
     poses = _poses(root, name, calibration)
     rows = np.column_stack([time, *(_of_frames(root, column, frames) for column in poses.T)])
 
@@ -102,10 +103,10 @@ def _poses(root: Path, name: str, calibration: dict[str, Floats]) -> Floats:
     """(F, 3) x [m], y [m], yaw [rad] of the velodyne frame."""
     oxts, cameras = root / "oxts" / f"{name}.txt", root / "poses" / f"{name}.txt"
     if oxts.is_file():
-        imu = _mercator(_numbers(oxts, 6)[:, [0, 1, 5]])
+        imu = _mercator(numbers(oxts, 6)[:, [0, 1, 5]])
         return _planar(imu @ np.linalg.inv(calibration["velo_from_imu"]))
     if cameras.is_file():
-        world = np.array([_square(row.reshape(3, 4)) for row in _numbers(cameras, 12)[:, :12]]).reshape(-1, 4, 4)
+        world = np.array([_square(row.reshape(3, 4)) for row in numbers(cameras, 12)[:, :12]]).reshape(-1, 4, 4)
         velo = calibration["cam_from_velo"]
         return _planar(np.linalg.inv(velo) @ world @ velo)
     raise InputError(f"{root}: has no poses of the ego, {oxts.relative_to(root)} or {cameras.relative_to(root)}")
@@ -129,9 +130,9 @@ def _planar(transforms: Floats) -> Floats:
     return np.column_stack([transforms[:, :2, 3], yaw])
 
 
-def _numbers(path: Path, least: int) -> Floats:
+def numbers(path: Path, least: int) -> Floats:
     """(F, >= least) numbers of the lines of a file."""
-    with readable(path, "numbers of KITTI"):
+    with readable(path, "numbers of KITTI"), warnings.catch_warnings(action="error"):  # a file without any is a warning
         found = np.loadtxt(path, dtype=np.float64, ndmin=2)
         if found.shape[1] < least or not np.isfinite(found).all():
             raise ValueError(f"a line should have {least} numbers")

@@ -139,7 +139,8 @@ def _header(path: Path, content: bytes) -> PcdHeader:
 
 def _ascii(path: Path, body: bytes, header: PcdHeader) -> npt.NDArray[np.void]:
     width = sum(int(np.prod(header.layout[name].shape)) for name in header.layout.names or ())
-    rows = np.loadtxt(io.BytesIO(body), dtype=np.float64, ndmin=2) if body.strip() else np.empty((0, width))
+    has_rows = any(line and not line.startswith(b"#") for line in map(bytes.strip, body.splitlines()))
+    rows = np.loadtxt(io.BytesIO(body), dtype=np.float64, ndmin=2) if has_rows else np.empty((0, width))
     if rows.shape != (header.points, width):
         raise InputError(f"{path}: has {len(rows)} of {header.points} points; it is truncated, copy it again")
     table = np.zeros(header.points, dtype=header.layout)

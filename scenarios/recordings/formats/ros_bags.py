@@ -1,11 +1,13 @@
 """Format `rosbag`: bags of ROS 1 (`.bag`) and of ROS 2 (`.db3`, or their folder), read by the package rosbags."""
 
 import bz2
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files.plain_file import require_plain
+from luxloop.scenarios.offline.mcap.chunks import require_chunks
 from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.formats.ros_topics import NANOSECONDS, RosTopics
 from luxloop.sim.compressed import ALWAYS_BYTES, FACTOR
@@ -17,6 +19,10 @@ RECORDING_SUFFIXES = (".bag", ".db3", "folder")
 EXTRA = "recordings"
 """Extra of luxloop that installs the packages of this format."""
 WHAT = "a ROS bag"
+ZSTANDARD = b"\x28\xb5\x2f\xfd"
+"""First bytes of a file of Zstandard (RFC 8878)."""
+PART_BYTES = 1 << 20
+TOO_LARGE = f"a chunk is cut off, or expands to more than {FACTOR} times its size; the bag is damaged"
 
 
 def open_recording(paths: list[Path], options: "ReadOptions") -> RosTopics:
@@ -27,6 +33,9 @@ def open_recording(paths: list[Path], options: "ReadOptions") -> RosTopics:
     InputError
         A file is no complete bag, or `options.topics` are not in it.
     """
+    with readable(paths[0], WHAT):
+        for path in paths:
+            _require_files(path)
     with readable(paths[0], WHAT), _reader(paths) as reader:
         types, counts = {}, dict[str, int]()
         for connection in reader.connections:
@@ -35,29 +44,75 @@ def open_recording(paths: list[Path], options: "ReadOptions") -> RosTopics:
 
     def messages(topics: list[str]) -> Iterator[tuple[str, float, Any]]:
         with readable(paths[0], WHAT), _reader(paths) as reader:
-            _limit_expansion(reader)
+            expand = _limit_expansion(reader)
             chosen = [connection for connection in reader.connections if connection.topic in topics]
             for connection, logged_ns, raw in reader.messages(chosen):
-                message = reader.deserialize(raw, connection.msgtype)
+                message = reader.deserialize(expand(raw), connection.msgtype)
                 yield connection.topic, NANOSECONDS * logged_ns, message
 
     return RosTopics.of(str(paths[0]), types, counts, options, messages)
 
 
-def _limit_expansion(reader: Any) -> None:
-    """Limit the chunks of bags of ROS 1 that are compressed by bzip2; LZ4 expands to 255 times its size at most."""
+def _require_files(bag: Path) -> None:
+    """Check the files of a folder that rosbags expands as a whole: those of Zstandard, and the chunks of MCAP."""
+    for path in sorted(bag.iterdir()) if bag.is_dir() else ():
+        require_plain(path)
+        if path.suffix == ".mcap":
+            require_chunks(path)
+        elif path.is_file():
+            with path.open("rb") as file:
+                if file.read(len(ZSTANDARD)) != ZSTANDARD:
+                    continue
+                file.seek(0)
+                _require_expansion(file, path.stat().st_size)
+
+
+def _require_expansion(file: BinaryIO, packed: int) -> None:
+    """Expand a file of Zstandard once, in parts; raise an InputError if it has more than `FACTOR` times its size."""
+    import zstandard
+
+    most, expanded = max(ALWAYS_BYTES, FACTOR * packed), 0
+    with zstandard.ZstdDecompressor().stream_reader(file, read_across_frames=True) as stream:
+        while part := stream.read(PART_BYTES):
+            expanded += len(part)
+            if expanded > most:
+                raise InputError(TOO_LARGE)
+
+
+def _limit_expansion(reader: Any) -> Callable[[bytes], bytes]:
+    """Limit what chunks of ROS 1 and messages of ROS 2 expand to; return the function that expands each message.
+
+    LZ4 expands to 255 times its size at most.
+    """
+    expand: Callable[[bytes], bytes] = bytes
     for bag in reader.readers:
         for at, chunk in getattr(bag, "chunks", {}).items():
             if chunk.decompressor is bz2.decompress:
                 bag.chunks[at] = chunk._replace(decompressor=_expanded)
+        metadata = getattr(getattr(bag, "storage", None), "metadata", None)
+        if metadata and metadata.compression_mode == "message":
+            bag.storage.metadata, expand = metadata._replace(compression_mode=None), _expanded_message
+    return expand
 
 
 def _expanded(packed: bytes) -> bytes:
-    """Return the content of a chunk; raise an InputError if it has more than `FACTOR` times its size."""
+    """Return the content of a chunk compressed by bzip2; raise an InputError if it is too large."""
     stream = bz2.BZ2Decompressor()
     content = stream.decompress(packed, max(ALWAYS_BYTES, FACTOR * len(packed)))
     if not stream.eof:
-        raise InputError(f"a chunk is cut off, or expands to more than {FACTOR} times its size; the bag is damaged")
+        raise InputError(TOO_LARGE)
+    return content
+
+
+def _expanded_message(packed: bytes) -> bytes:
+    """Return a message compressed by Zstandard; raise an InputError if it is too large."""
+    import zstandard
+
+    most = max(ALWAYS_BYTES, FACTOR * len(packed))
+    with zstandard.ZstdDecompressor().stream_reader(packed) as stream:
+        content = stream.read(most + 1)
+    if len(content) > most:
+        raise InputError(TOO_LARGE)
     return content
 
 

@@ -115,7 +115,7 @@ def observations(fits: pd.DataFrame, truth: pd.DataFrame) -> pd.DataFrame:
     to_ego = np.arctan2(-best["true_y_ego_m"].to_numpy(), -best["true_x_ego_m"].to_numpy())
     aspect = np.degrees(np.abs(wrap(to_ego - best["true_yaw_ego_rad"].to_numpy())))
     seen = truth[["frame", "actor_id", "visible_fraction", "kind"]]
-    return best.assign(aspect_deg=aspect).merge(seen, on=["frame", "actor_id"], validate="one_to_one")
+    return best.assign(aspect_deg=aspect).merge(seen, on=["frame", "actor_id"], validate="many_to_one")
 
 
 def errors_against(observed: pd.DataFrame, covariate: Covariate) -> Figure:

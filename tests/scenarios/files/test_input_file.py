@@ -88,3 +88,25 @@ def test_a_chunk_of_a_bag_that_expands_to_many_times_its_size_is_refused(tmp_pat
     assert path.stat().st_size < 20_000
     with pytest.raises(InputError, match=r"a\.bag: a chunk is cut off, or expands to more than 100 times its size"):
         list(ros_bags.open_recording([path], ReadOptions()).sweeps())
+
+
+@pytest.mark.parametrize("mode", ["message", "file"])
+def test_bags_of_ros_2_are_expanded_up_to_a_limit(tmp_path, mode, monkeypatch):
+    need("recordings")
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    from luxloop.scenarios.recordings.formats import ros_bags
+    from luxloop.scenarios.recordings.formats.format_choice import ReadOptions
+
+    writer = Writer(tmp_path / "bag", version=9)
+    writer.set_compression(CompressionMode[mode.upper()], CompressionFormat.ZSTD)
+    with writer:
+        kind = "sensor_msgs/msg/PointCloud2"
+        topic = writer.add_connection("/points", kind, typestore=get_typestore(Stores.ROS2_HUMBLE))
+        writer.write(topic, 0, bytes(2**20))
+    with pytest.raises(InputError, match="bag: not readable"):  # the message is no cloud
+        list(ros_bags.open_recording([tmp_path / "bag"], ReadOptions()).sweeps())
+    monkeypatch.setattr(ros_bags, "ALWAYS_BYTES", 2**19)
+    with pytest.raises(InputError, match="bag: a chunk is cut off, or expands to more than 100 times its size"):
+        list(ros_bags.open_recording([tmp_path / "bag"], ReadOptions()).sweeps())

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.exchange.kitti import kitti_drive
 from luxloop.scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
 from luxloop.scenarios.recordings.formats.pcd_points import decompress
 
@@ -110,3 +111,14 @@ def test_lzf_copies_may_overlap_their_own_output():
 def test_damaged_lzf_is_an_error(packed):
     with pytest.raises(ValueError, match="LZF"):
         decompress(packed, 5)
+
+
+def test_files_without_numbers_are_one_error_without_a_warning(tmp_path, recwarn):
+    pcd, times = tmp_path / "a.pcd", tmp_path / "0000.txt"
+    pcd.write_bytes(HEADER.format("ascii").encode() + b"# no points\n")
+    times.write_text("\n")
+    with pytest.raises(InputError, match=r"a\.pcd: has 0 of 3 points"):
+        sweeps([pcd])
+    with pytest.raises(InputError, match=r"0000\.txt: not readable as numbers of KITTI"):
+        kitti_drive.numbers(times, 1)
+    assert list(recwarn) == []

@@ -16,7 +16,7 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import given_figures
 from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.report.text import as_text, report
-from luxloop.scenarios.run import own_metrics
+from luxloop.scenarios.run import child_process, own_metrics
 from luxloop.scenarios.study import design
 from luxloop.scenarios.study.study_file import Study
 from luxloop.scenarios.study.worker import carry_out
@@ -51,6 +51,18 @@ def forges(tables):
     from luxloop.scenarios.result import Metric
     return float(sum(isinstance(item, Metric) for item in gc.get_objects()))
 NUMBER = 3
+def digits(tables):
+    return b"12"
+class Silent(BaseException):
+    def __str__(self):
+        sys.exit(0)
+def silent(tables):
+    raise Silent
+class Ends:
+    def __float__(self):
+        sys.exit(0)
+def ends_later(tables):
+    return Ends()
 """
 
 
@@ -152,6 +164,28 @@ def test_errors_of_functions_are_one_line(function, message, monkeypatch):
     with pytest.raises(MetricError, match=message) as raised:
         own_metrics.grade([OwnMetric(name="own.x", function=function)], short_run.result().tables, {}, 10)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("function", "answer"),
+    [("digits", {"type": "bytes"}), ("silent", {"error": "line 36: Silent: "}), ("ends_later", {"type": "Ends"})],
+)
+def test_odd_errors_and_values_do_not_end_the_process_of_functions(functions, tmp_path, function, answer):
+    request = ({"own.x": f"{functions}:{function}"}, str(tmp_path), {"truth": pd.DataFrame()})
+    (found,) = own_metrics.values(request).values()
+    ((key, text),) = answer.items()
+    assert list(found) == [key]
+    assert found[key].endswith(text)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [[1], "own.x", {}, {"own.x": 3}, {"own.x": [["value", "1.5"]]}, {"own.x": {"value": 10**400}}, {"own.x": None}],
+)
+def test_an_answer_that_is_no_number_is_one_line(answer, monkeypatch):
+    monkeypatch.setattr(child_process, "ask", lambda *_: answer)
+    with pytest.raises(MetricError):
+        own_metrics.grade([OwnMetric(name="own.x", function="some:function")], {}, {}, 10)
 
 
 def test_a_function_neither_prints_on_standard_output_nor_finds_other_metrics(functions, capfd):

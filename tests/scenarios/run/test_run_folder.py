@@ -10,6 +10,7 @@ from dataclasses import fields
 
 import pandas as pd
 import pytest
+from support import short_run
 
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import owner_lock
@@ -263,6 +264,14 @@ def test_reading_another_folder_is_an_error(tmp_path):
     (tmp_path / "result.json").write_text('{"another": "tool"}')
     with pytest.raises(OutputError, match="damaged, or of another version"):
         run_folder.read(tmp_path)
+
+
+@pytest.mark.parametrize(("table", "keys"), run_folder.KEYS.items())
+def test_a_row_that_occurs_twice_is_damage(table, keys):
+    rows = short_run.result().tables[table]
+    run_folder.require_table(table, rows)
+    with pytest.raises(ValueError, match=f"two rows of {table} have the same {', '.join(keys)}"):
+        run_folder.require_table(table, pd.concat([rows, rows.iloc[-1:]]))
 
 
 @pytest.mark.parametrize("name", ["../../street", "/tmp/street", "a/b", "..", "street\0"])
