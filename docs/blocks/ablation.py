@@ -2,6 +2,7 @@
 
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.files.shipped import find
+from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.report.paper_comparison import HEADING_ABS_DEG
 from luxloop.scenarios.run import device, loop
 from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
@@ -32,4 +33,4 @@ def errors(kinds: tuple[str, ...]) -> list[str]:
     noise["attitude"]["full_from_mps"] = 0.0  # the ego stands; it sways as when it drives
     scenario = Scenario.load(find("ring"), {"noise": noise})
     metrics = loop.run(scenario, device.load(device.SHIPPED)).metrics
-    return [f"{metrics[f'fit.heading_abs_mean_deg{{method={name}}}'].value:.3f}" for name in CRITERIA]
+    return [f"{metrics[filtered('fit.heading_abs_mean_deg', method=name)].value:.3f}" for name in CRITERIA]

@@ -107,7 +107,7 @@ def of_real_data(whole: tuple[str, ...]) -> Iterator[tuple[str, Block]]:
         "gap": "paper_gap:block", "paper_gap": "paper_gap:picture",
         "real fits": "fitting:real_table", "worst real fits": "fitting:real_picture",
         "real cars": "real_cars:table", "realism_real_cars": "real_cars:picture",
-        "twin counts": "twins:counts", "twin headings": "twins:headings",
+        "twin counts": "real_cars:counts", "twin headings": "real_cars:headings",
         "street": "realism:block",
         "labelled fits": "realism:fits",
         **{f"realism_{name}": "realism:picture" for name in ("distributions", "vehicles")},

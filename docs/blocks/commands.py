@@ -13,6 +13,8 @@ from blocks.stamps import trace_hashes
 ROOT = Path(__file__).parents[2]
 RUNS, SWEEPS = ROOT / "runs", ROOT / "sweeps"
 REAL = "LUXLOOP_REAL_DATA"
+WIDTH = "110"
+"""Columns of what commands print."""
 
 
 class Missing(Exception):
@@ -32,7 +34,8 @@ def output(command: str) -> str:
     place = Path(sys.executable) if program == "python" else Path(sys.executable).with_name(program)
     words = [str(place) if place.exists() else program, *rest]
     print(f"    {command}", flush=True)
-    done = subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    environment = {**os.environ, "COLUMNS": WIDTH}
+    done = subprocess.run(words, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode not in (0, 1):
         raise Missing(f"{command} ends with {done.returncode}")
     return done.stdout

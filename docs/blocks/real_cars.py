@@ -10,10 +10,12 @@ import numpy as np
 import pandas as pd
 from blocks import commands, realism
 from matplotlib.figure import Figure
+from twin import tables
+from twin.comparison import Compared, compare
 from twin.counts import four_layers, on_car
 from twin.labels import Car, load_cars, load_views
 from twin.recording import load_frame
-from twin.simulated import twin_scan
+from twin.simulated import SENSOR, twin_scan
 
 from luxloop.scenarios.document.figure import STYLE
 from luxloop.scenarios.document.palette import PAGE
@@ -57,6 +59,22 @@ def table(_name: str) -> str:
 def picture(_name: str) -> None:
     """Draw cars of which an end and a side are visible."""
     draw([pair for pair in pairs() if pair.car.end_seen and pair.car.side_seen])
+
+
+@cache
+def compared() -> list[Compared]:
+    """Return the labelled cars with the figures of their twins."""
+    return list(compare(commands.real("ouster"), SENSOR))
+
+
+def counts(_name: str) -> str:
+    """Return the errors of the number of points, and the ratio by height."""
+    return tables.summary(compared())
+
+
+def headings(_name: str) -> str:
+    """Return the heading errors by method."""
+    return tables.heading_table(compared())
 
 
 def load_pairs(folder: Path) -> Iterator[Pair]:
