@@ -89,11 +89,12 @@ def read_table(path: Path, *, parquet: bool) -> pd.DataFrame:
     Raises
     ------
     TracksError
-        The file cannot be read as a table, or the rows of a CSV file have more cells than its header.
+        The file cannot be read as a table, the rows of a CSV file have more cells than its header, or a column occurs
+        twice.
     """
     try:
         if parquet:
-            return read_parquet(path).to_pandas()
+            return _with_unique_columns(path, read_parquet(path).to_pandas())
         require_plain(path)
         table = pd.read_csv(path, dtype=str, skipinitialspace=True, keep_default_na=False, na_values=[""])
     except (ValueError, OSError) as error:  # not Parquet, not UTF-8 and not rectangular are ValueErrors
@@ -103,7 +104,14 @@ def read_table(path: Path, *, parquet: bool) -> pd.DataFrame:
         ) from error
     if fault := csv_rows.surplus(table):
         raise TracksError(f"{path}: {fault}")
-    return table.rename(columns=str.strip)
+    return _with_unique_columns(path, table.rename(columns=str.strip))
+
+
+def _with_unique_columns(path: Path, table: pd.DataFrame) -> pd.DataFrame:
+    if not table.columns.is_unique:
+        twice = table.columns[table.columns.duplicated()][0]
+        raise TracksError(f"{path}: column {twice} occurs twice; give each column once")
+    return table
 
 
 def numbers(path: Path, cells: pd.Series, column: Column) -> npt.NDArray[Any]:

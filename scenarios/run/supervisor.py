@@ -11,6 +11,7 @@ import os
 import resource
 import select
 import signal
+import stat
 import subprocess
 import sys
 from contextlib import suppress
@@ -33,6 +34,7 @@ def main(control: int) -> None:
             signal.signal(number, lambda *_: None)
     with open(control, "rb", buffering=0, closefd=False) as lines:
         folder, *arguments = json.loads(lines.readline())
+    _reopen_error_output()
     Path(folder).mkdir(0o700)
     try:
         with suppress(OSError):  # no such program: the judge reports that it has ended
@@ -59,6 +61,18 @@ def _serve(device: "subprocess.Popen[bytes]", control: int, wake: int) -> None:
         os.killpg(device.pid, signal.SIGKILL)
 
 
+def _reopen_error_output() -> None:
+    """Open standard error anew: its mode, as of a pipe that does not block, would be shared with the judge.
+
+    A regular file has no such mode, and one place to write to.
+    """
+    with suppress(OSError):  # a socket cannot be opened
+        if not stat.S_ISREG(os.fstat(2).st_mode):
+            opened = os.open("/proc/self/fd/2", os.O_WRONLY | os.O_NOCTTY)
+            os.dup2(opened, 2)
+            os.close(opened)
+
+
 def _restrict() -> None:
     """Limit memory and files of the device, and let it end with this process."""
     _prctl(SET_DEATH_SIGNAL, signal.SIGKILL)
@@ -77,10 +91,10 @@ def _prctl(option: int, value: int) -> None:
 def _end_children() -> None:
     """Kill all children, and those that their end makes to children, until none is left."""
     while True:
-        for stat in Path("/proc").glob("[0-9]*/stat"):
+        for process in Path("/proc").glob("[0-9]*"):
             with suppress(OSError):  # it ended meanwhile
-                if int(stat.read_bytes().rpartition(b")")[2].split()[1]) == os.getpid():
-                    os.kill(int(stat.parent.name), signal.SIGKILL)
+                if int((process / "stat").read_bytes().rpartition(b")")[2].split()[1]) == os.getpid():
+                    os.kill(int(process.name), signal.SIGKILL)
         try:
             os.waitpid(-1, 0)
         except ChildProcessError:

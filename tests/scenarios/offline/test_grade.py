@@ -8,10 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from support import compiling_tracker, short_run
 
 from luxloop.scenarios.cli import main
+from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.grading.frame_tables import ADDED
 from luxloop.scenarios.grading.grader import PER_FRAME
 from luxloop.scenarios.grading.grading_config import GradingConfig
@@ -352,6 +355,12 @@ def test_an_invalid_cell_is_reported_with_file_row_column_and_remedy(changes, me
     assert f"bad.{ending}: {message}" in error_line(capfd, "run", "--tracks", f"bad.{ending}")
 
 
+def test_a_column_of_parquet_that_occurs_twice_is_refused(tmp_path):
+    pq.write_table(pa.table([[1], [2]], names=["frame", "frame"]), tmp_path / "a.parquet")
+    with pytest.raises(TracksError, match=r"a\.parquet: column frame occurs twice"):
+        track_file.read_table(tmp_path / "a.parquet", parquet=True)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
@@ -360,6 +369,11 @@ def test_an_invalid_cell_is_reported_with_file_row_column_and_remedy(changes, me
         ("no.csv", b"\xff\xfe\x00", "cannot be read ("),
         ("no.parquet", b"frame,track_id", "cannot be read ("),
         ("ragged.csv", b"frame,track_id\n1,2\n1,2,3,4\n", "cannot be read ("),
+        (
+            "twice.csv",
+            b"frame,track_id,track_id \n1,2,3\n",
+            "twice.csv: column track_id occurs twice; give each column once",
+        ),
     ],
 )
 @in_run_folder

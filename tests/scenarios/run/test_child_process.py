@@ -100,3 +100,18 @@ def test_a_killed_supervisor_leaves_no_folder(scratch):
     with pytest.raises(ChildError, match="ended by signal SIGKILL"):
         started(f"os.kill(os.getppid(), {int(signal.SIGKILL)}); signal.pause()")
     assert list(scratch.iterdir()) == []
+
+
+def test_the_standard_error_of_the_judge_keeps_blocking():
+    """Node.js sets its own to non-blocking; the judge would lose text when a pipe is full."""
+    kept, (read, write) = os.dup(2), os.pipe()
+    os.dup2(write, 2)
+    try:
+        child = started("os.set_blocking(2, False); os.write(2, b'told')")
+        assert os.get_blocking(2)
+        assert os.read(read, 10) == b"told"
+        child.close()
+    finally:
+        os.dup2(kept, 2)
+        for descriptor in (kept, read, write):
+            os.close(descriptor)
