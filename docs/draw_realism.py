@@ -15,7 +15,7 @@ from typing import Any
 
 from marked_text import replace
 
-from luxloop.scenarios.realism.compared_figures import FIGURES, Figure, bow_figure
+from luxloop.scenarios.realism.realism_comparison import FIGURES, Figure, bow_figure
 
 DOCS = Path(__file__).parent
 PAGE, PICTURES = DOCS / "realism.md", DOCS / "pictures"

@@ -11,8 +11,8 @@ from support.scripts import load_script
 
 from luxloop.scenarios.cli import app
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.realism.compared_figures import FIGURES
 from luxloop.scenarios.realism.real_table import BANDS, VIEW
+from luxloop.scenarios.realism.realism_comparison import FIGURES
 
 PAGE = DOCS / "realism.md"
 draw_realism = load_script(DOCS / "draw_realism.py")
