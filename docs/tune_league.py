@@ -24,7 +24,7 @@ from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.league.drive import SCANS, drives, record
 from luxloop.scenarios.league.entrants import Entrant, entrants
 from luxloop.scenarios.league.peers import PARAMETERS
-from luxloop.scenarios.league.trackers.autoware_bicycle import AutowareDetector
+from luxloop.scenarios.league.trackers.autoware_fits import AutowareDetector
 from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.tracker.detection.detector import Detector

@@ -210,7 +210,12 @@ def _read(source: str, routes: Sequence[Path]) -> TrafficInput:
         raise InputError(
             f"{source}: no route file beside this net; give one with --routes, or make one with SUMO's randomTrips.py"
         )
-    return TrafficInput(_of_net(path, found), path.parent, name, tuple(found.left_out))
+    return TrafficInput(
+        SumoTraffic(net=path.name, routes=found.routes, additional=found.additional),
+        path.parent,
+        name,
+        tuple(found.left_out),
+    )
 
 
 def root_of(path: Path) -> str:
@@ -236,7 +241,3 @@ def _only_simulation(folder: Path) -> Path:
         if found:
             return found[0]
     raise InputError(f"{folder}: has no .sumocfg and no .net.xml; name the file")
-
-
-def _of_net(path: Path, found: RouteFiles) -> SumoTraffic:
-    return SumoTraffic(net=path.name, routes=found.routes, additional=found.additional)

@@ -113,14 +113,14 @@ def ceiling(
     """Print HOTA beside that of an ideal causal tracker, which knows all that the scans have shown so far."""
     from luxloop.scenarios import interface
     from luxloop.scenarios.document.document import json_text
-    from luxloop.scenarios.files import seed_range
+    from luxloop.scenarios.files import option_values
     from luxloop.scenarios.oracle.ceiling_tracker import PoseNoise
     from luxloop.scenarios.report import text
     from luxloop.scenarios.report.ceiling_document import ceiling_document
 
     if seed is not None and seeds is not None:
         raise InputError("--seed and --seeds are both given; omit one")
-    chosen = seed_range.parse(seeds) if seeds else [seed] if seed is not None else []
+    chosen = option_values.parse_seeds(seeds) if seeds else [seed] if seed is not None else []
     found = interface.ceiling(
         scenario, seeds=chosen, duration_s=duration, heading_std_deg=heading_std, position_std_m=position_std
     )

@@ -178,7 +178,7 @@ def grade_files(tracks: Path | None, files: BoxFiles, out: Path | None, as_json:
 def _format(option: str, name: str | None, path: Path) -> str:
     """Return the name of a format, by default that of the content; its packages are installed."""
     from luxloop.scenarios.exchange.file_formats import recognise
-    from luxloop.scenarios.files.format_option import format_named
+    from luxloop.scenarios.files.option_values import format_named
 
     name = name or recognise(path)
     require_of("grade", format_named(option, name, "read_boxes"))

@@ -87,10 +87,10 @@ def _seeds(text: str) -> tuple[int, ...]:
         The text is neither.
     """
     from luxloop.scenarios.errors import InputError
-    from luxloop.scenarios.files import seed_range
+    from luxloop.scenarios.files import option_values
 
     try:
-        return tuple(dict.fromkeys(seed for part in text.split(",") for seed in seed_range.parse(part)))
+        return tuple(dict.fromkeys(seed for part in text.split(",") for seed in option_values.parse_seeds(part)))
     except InputError as error:
         raise InputError(f"--seeds {text}: give seeds as 11,12,13 or the first and the last as 1-6") from error
 

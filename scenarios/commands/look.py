@@ -104,7 +104,7 @@ def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> Non
     from luxloop.scenarios.document import html
     from luxloop.scenarios.document import latex as latex_tables
     from luxloop.scenarios.document.figure import beside
-    from luxloop.scenarios.files import atomic_file, atomic_folder
+    from luxloop.scenarios.files import atomic_file
     from luxloop.scenarios.report.html.reported_run import ReportedRun
     from luxloop.scenarios.report.html.run_page import run_figures
     from luxloop.scenarios.report.run_document import run_document
@@ -112,14 +112,11 @@ def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> Non
     run = ReportedRun.of(interface.load_result(folder), folder)
     shown = run_document(run, run_figures(run))
     figures, tables = out.with_name(f"{out.stem}-figures"), out.with_name(f"{out.stem}-tables.tex")
-    try:
-        with beside(figures) if formats else nullcontext(), atomic_file.together():
-            html.write(out, shown)
-            paths = [path for figure in shown.figures for path in figure.save(figures, formats)]
-            if latex:
-                html.write_text(tables, latex_tables.latex(shown.tables, " ".join(run.commands[:1])))
-    except OSError as error:
-        raise atomic_folder.cannot_write(out, "--out", error) from error
+    with atomic_file.writing(out), beside(figures) if formats else nullcontext(), atomic_file.together():
+        html.write(out, shown)
+        paths = [path for figure in shown.figures for path in figure.save(figures, formats)]
+        if latex:
+            atomic_file.save_text(tables, latex_tables.latex(shown.tables, " ".join(run.commands[:1])))
     if formats:
         print(f"{len(paths)} figures are in {figures}")
     if latex:

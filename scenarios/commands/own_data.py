@@ -107,7 +107,7 @@ def export(
 ) -> None:
     """Write a run's recorded scans, ground truth and tracks as a folder in the format of other programs."""
     from luxloop.scenarios.exchange.exported_run import write_folder
-    from luxloop.scenarios.files.format_option import format_named
+    from luxloop.scenarios.files.option_values import format_named
     from luxloop.scenarios.offline.recorded_scans import RecordedRun
     from luxloop.scenarios.report.cells import counted
 

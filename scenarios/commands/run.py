@@ -23,7 +23,7 @@ from luxloop.scenarios.commands.arguments import (
 )
 from luxloop.scenarios.commands.error_messages import print_early_end, print_error
 from luxloop.scenarios.errors import ContractError, InputError, Interrupted
-from luxloop.scenarios.files import seed_range
+from luxloop.scenarios.files import option_values
 from luxloop.scenarios.oracle.stage import Stage
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def run(
         code = _show(run_seed(seed=seed, out=kept.out, into=None if kept.out else RUNS), kept, printed)
     else:
         _refuse_with_seeds(seed, kept.dataset_to)
-        every = seed_range.parse(seeds)
+        every = option_values.parse_seeds(seeds)
         interface.load_scenario(scenario, **changes, seed=every[-1])  # the largest seed may be too large
         code = _run_each(every, partial(run_seed, into=kept.out or RUNS), kept, printed)
     raise typer.Exit(code)

@@ -149,16 +149,15 @@ def search(
     require("search", "search")
     from luxloop.scenarios.run.device import SHIPPED, absolute
     from luxloop.scenarios.search.adversary import search as find_failure
+    from luxloop.scenarios.search.evaluator import TrialOptions
     from luxloop.scenarios.study.study_file import Study, find
 
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("searches") / path.stem
     device = absolute(tracker or SHIPPED)
     defects: list[str] = []
-    found = find_failure(
-        Study.load(path), device, out, _print_now, count, scheduler, retry_errors=retry_errors,
-        report_defect=defects.append,
-    )  # fmt: skip
+    options = TrialOptions(count, scheduler, retry_errors, defects.append)
+    found = find_failure(Study.load(path), device, out, _print_now, options)
     if found is not None:
         print(f"{found.file} fails: {found.what}")
         print(f"To run it: luxloop run {found.file}; to view it: luxloop view {found.result.out}")
@@ -191,6 +190,7 @@ def thresholds(
     from luxloop.scenarios.run.device import SHIPPED, absolute
     from luxloop.scenarios.run.progress import hidden
     from luxloop.scenarios.search import thresholds
+    from luxloop.scenarios.search.evaluator import TrialOptions
     from luxloop.scenarios.search.thresholds import thresholds as estimate
     from luxloop.scenarios.study.study_file import Study, find
 
@@ -199,11 +199,9 @@ def thresholds(
     out, loaded = out or Path("thresholds") / path.stem, Study.load(path)
     notify = (lambda _: None) if as_json else print
     defects: list[str] = []
+    options = TrialOptions(count, scheduler, retry_errors, defects.append)
     with hidden(as_json):
-        found = estimate(
-            loaded, absolute(tracker or SHIPPED), out, notify, count, scheduler, retry_errors=retry_errors,
-            report_defect=defects.append,
-        )  # fmt: skip
+        found = estimate(loaded, absolute(tracker or SHIPPED), out, notify, options)
     thresholds.write(loaded, found, out, formats)
     if as_json:
         print(json.dumps({**thresholds.document(loaded, found), "out": str(out)}, allow_nan=False))

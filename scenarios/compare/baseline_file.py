@@ -17,7 +17,7 @@ from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.compare.digest import RunDigest, RunFacts
 from luxloop.scenarios.compare.vehicle_sums import SUMS, TRUTH, VehicleSums
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.files import atomic_file, atomic_folder
+from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.files.input_file import require_plain
 from luxloop.scenarios.grading.tracking_scores import ALPHAS
 
@@ -43,12 +43,7 @@ def write(path: Path, runs: list[RunDigest]) -> None:
     """
     documents = [HEADER, *(_document(run) for run in sorted(runs, key=lambda run: run.key))]
     lines = [json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False) for document in documents]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_file.create(path) as temporary:
-            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise atomic_folder.cannot_write(path, "--out", error) from error
+    atomic_file.save_text(path, "\n".join(lines) + "\n")
 
 
 def read(path: Path) -> list[RunDigest]:

@@ -29,6 +29,7 @@ from luxloop.scenarios.document.document import (
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import BAD, FAINT, GOOD, INK, LINE, PANEL, WARN
 from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.metrics.main_figures import POOLED
 from luxloop.scenarios.report.cells import NONE, table_of
 from luxloop.scenarios.statistics.intervals import TOO_FEW
@@ -106,6 +107,7 @@ def comparison_document(comparison: Comparison, base: str, head: str) -> Documen
             "of these differ": str(sum(not pair.same for pair in pairs)),
         }
     )
+    command = shlex.join(["luxloop", "compare", base, head, "--loss", f"{100.0 * comparison.loss:g}"])
     sections = [
         Section("summary", "What changed", list(_statements(comparison))),
         Section("metrics", "Metrics", list(_metrics(comparison))),
@@ -113,7 +115,7 @@ def comparison_document(comparison: Comparison, base: str, head: str) -> Documen
         Section("expectations", "Expectations that fail on a side", [_expectations(comparison)]),
         Section("runs", "Runs", [Bullets(compared_runs(comparison))]),
         Section("pairs", "Each pair of runs", [run_table(pairs)], page_only=True),
-        Section("again", "Reproduce", [Preformatted(_command(comparison, base, head))], page_only=True),
+        Section("again", "Reproduce", [Preformatted(command)], page_only=True),
     ]
     said = answer(comparison)
     return Document(
@@ -124,10 +126,6 @@ def comparison_document(comparison: Comparison, base: str, head: str) -> Documen
         data={"base": base, "head": head, **_data(comparison)},
         name=f"{said.verdict}: {base} and {head}",
     )
-
-
-def _command(comparison: Comparison, base: str, head: str) -> str:
-    return shlex.join(["luxloop", "compare", base, head, "--loss", f"{100.0 * comparison.loss:g}"])
 
 
 def _statements(comparison: Comparison) -> Iterator[Bullets]:
@@ -373,4 +371,4 @@ def write(files: list[Path], document: Document) -> None:
         A file cannot be written.
     """
     for file in files:
-        html.write_text(file, RENDERERS[file.suffix](document), "--report")
+        atomic_file.save_text(file, RENDERERS[file.suffix](document), "--report")

@@ -275,14 +275,9 @@ def _scenarios(trends: Trends) -> Table:
     table = Table("")
     for name in ("scenario", *(POOLED[metric.name] for metric in KEY_METRICS)):
         table.add_column(name)
-    for scenario in _order(trends):
+    for scenario in sorted(trends.scenarios, key=lambda name: (_change(trends.scenarios[name][:, HOTA]), name)):
         table.add_row(scenario, *_lines(trends, scenario))
     return table
-
-
-def _order(trends: Trends) -> list[str]:
-    """Return the scenarios, those with the largest loss of HOTA from first to last first."""
-    return sorted(trends.scenarios, key=lambda name: (_change(trends.scenarios[name][:, HOTA]), name))
 
 
 def _change(values: Floats) -> float:

@@ -16,6 +16,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values, readme
 from luxloop.scenarios.dataset.dataset_rows import rows_of
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.metrics.definitions import DEFINITIONS, NO_VIEW, VIEWS
@@ -67,10 +68,8 @@ class DatasetWriter:
         OutputError
             As for `add`.
         """
-        try:
+        with atomic_file.writing(self._folder, self._option):
             dataset_rows.write(self._folder, obstacles)
-        except OSError as error:
-            raise atomic_folder.cannot_write(self._folder, self._option, error) from error
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> None:
         """Add one frame.
@@ -80,11 +79,9 @@ class DatasetWriter:
         OutputError
             A file cannot be written, e.g. because the disk is full.
         """
-        try:
+        with atomic_file.writing(self._folder, self._option):
             for name, rows in rows_of(frame, scan, truth, grade).items():
                 self._tables[name].add(rows)
-        except OSError as error:
-            raise atomic_folder.cannot_write(self._folder, self._option, error) from error
 
     def finish(self, result: Result) -> None:
         """Write the remaining frames, the README and the summary.
@@ -94,13 +91,11 @@ class DatasetWriter:
         OutputError
             As for `add`.
         """
-        try:
+        with atomic_file.writing(self._folder, self._option):
             self.close()
             (self._folder / "README.md").write_text(readme(result), encoding="utf-8")
             text = json.dumps(summary(result), indent=2, ensure_ascii=False, allow_nan=False)
             (self._folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-        except OSError as error:
-            raise atomic_folder.cannot_write(self._folder, self._option, error) from error
 
     def close(self) -> None:
         """Close all files; further calls have no effect."""
@@ -222,7 +217,8 @@ def create(out: Path, run: Path) -> Iterator[DatasetWriter]:
         raise OutputError(
             f"{out}: is inside the folder of the run, {run}, or contains it; choose another with {OPTION}"
         )
-    with atomic_folder.create(out, OPTION, _refuse_existing) as folder, write_into(folder, OPTION) as writer:
+    refuse = partial(atomic_folder.refuse_existing, option=OPTION)
+    with atomic_folder.create(out, OPTION, refuse) as folder, write_into(folder, OPTION) as writer:
         yield writer
 
 
@@ -235,17 +231,10 @@ def write_into(folder: Path, option: str) -> Iterator[DatasetWriter]:
     OutputError
         As for `DatasetWriter.add`.
     """
-    try:
+    with atomic_file.writing(folder, option):
         writer = DatasetWriter(folder, option)
-    except OSError as error:
-        raise atomic_folder.cannot_write(folder, option, error) from error
     try:
         yield writer
     finally:
         with suppress(OSError):  # an open file means a failure before `finish`; the caller deletes the folder
             writer.close()
-
-
-def _refuse_existing(out: Path) -> None:
-    if out.exists():
-        raise OutputError(f"{out}: already exists; choose a new folder with {OPTION}")

@@ -16,7 +16,7 @@ from markupsafe import Markup, escape
 
 from luxloop.scenarios.document import palette
 from luxloop.scenarios.document.palette import PAGE
-from luxloop.scenarios.errors import InputError, OutputError
+from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files import atomic_file
 
 if TYPE_CHECKING:
@@ -220,10 +220,8 @@ def make_folder(folder: Path) -> None:
     OutputError
         It cannot be made.
     """
-    try:
+    with atomic_file.writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot write there ({error.strerror}); choose another folder") from error
 
 
 @contextmanager
@@ -246,9 +244,5 @@ def beside(folder: Path) -> Iterator[None]:
 
 def _write(canvas: "Canvas", path: Path) -> None:
     name = path.suffix[1:]
-    try:
-        with atomic_file.create(path) as partial:
-            canvas.savefig(partial, dpi=PIXELS_PER_INCH, format=name, **FORMATS[name])
-    except OSError as error:
-        remedy = "free some space, or choose another folder"
-        raise OutputError(f"{path}: cannot write there ({error.strerror}); {remedy}") from error
+    with atomic_file.writing(path), atomic_file.create(path) as partial:
+        canvas.savefig(partial, dpi=PIXELS_PER_INCH, format=name, **FORMATS[name])

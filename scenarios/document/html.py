@@ -14,7 +14,6 @@ from markupsafe import Markup, escape
 from luxloop.scenarios.document.document import Block, Document, Folded, Span, Table, Words, spans
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import TONES
-from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 
 LINKED = 3
@@ -33,25 +32,15 @@ def fragment(document: Document) -> str:
     return _environment().get_template("fragment.html.j2").render(document=document)
 
 
-def write(out: Path, document: Document, option: str = "--out") -> None:
-    """Write a page; `option` is the one that chose `out`, for the message.
+def write(out: Path, document: Document) -> None:
+    """Write a page.
 
     Raises
     ------
     OutputError
         The file cannot be written.
     """
-    write_text(out, page(document), option)
-
-
-def write_text(out: Path, text: str, option: str = "--out") -> None:
-    """Write a file atomically; parameters and errors as for `write`."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_file.create(out) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{out}: cannot write there ({error.strerror}); choose another file with {option}") from error
+    atomic_file.save_text(out, page(document))
 
 
 @cache

@@ -8,9 +8,8 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats32
-from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.exchange.tabular_boxes import CONFIRMED
-from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.tracker.scan import Scan
 
@@ -32,11 +31,8 @@ def write_folder(run: RecordedRun, out: Path, format_: RunFormat) -> None:
         The run has no scans, or the folder exists, is the run, or cannot be written.
     """
     run.refuse_to_write_to(out)
-    with atomic_folder.create(out, "--out", _refuse_existing) as folder:
-        try:
-            format_.export(run, folder)
-        except OSError as error:
-            raise atomic_folder.cannot_write(out, "--out", error) from error
+    with atomic_folder.create(out, "--out", atomic_folder.refuse_existing) as folder, atomic_file.writing(out):
+        format_.export(run, folder)
 
 
 def confirmed_tracks(run: RecordedRun) -> Mapping[int, pd.DataFrame]:
@@ -49,8 +45,3 @@ def cloud(scan: Scan, *others: Floats32) -> Floats32:
     """(N, 4 + k) float32 positions in the ego frame [m], echo pulse width [m] as intensity, and other columns."""
     columns = [*scan.points_ego.T, scan.echo_pulse_width, *others]
     return np.ascontiguousarray(np.column_stack(columns), "<f4")
-
-
-def _refuse_existing(out: Path) -> None:
-    if out.exists():
-        raise OutputError(f"{out}: already exists; choose another folder with --out")

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from luxloop.plugins import formats_that
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.files.format_option import format_named
 from luxloop.scenarios.files.input_file import require_plain
+from luxloop.scenarios.files.option_values import format_named
 
 if TYPE_CHECKING:
     from luxloop.scenarios.exchange.box_table import BoxTable

@@ -6,6 +6,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
+from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import owner_lock
 
 _announced: list[tuple[Path, int]] = []
@@ -130,3 +131,32 @@ def _created(path: Path) -> Iterator[Path]:
         for name in named:
             name.unlink(missing_ok=True)
         owner_lock.release(lock)
+
+
+@contextmanager
+def writing(path: Path, option: str = "--out") -> Iterator[None]:
+    """Raise errors of the system as an OutputError of the path that `option` chose.
+
+    Raises
+    ------
+    OutputError
+        The path cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise cannot_write(path, option, error) from error
+
+
+def cannot_write(path: Path, option: str, error: OSError | ValueError) -> OutputError:
+    """Return the error for a path that cannot be written, with its reason and remedy."""
+    reason = getattr(error, "strerror", None) or error
+    return OutputError(f"{path}: cannot write there ({reason}); choose another path with {option}")
+
+
+def save_text(path: Path, text: str, option: str = "--out") -> None:
+    """Write a text file atomically, and make its folder; errors as for `writing`."""
+    with writing(path, option):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with create(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")

@@ -4,7 +4,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -60,15 +60,27 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
         owner_lock.release(lock)
 
 
+def refuse_existing(out: Path, option: str = "--out") -> None:
+    """Raise an OutputError if a folder exists, for `create`."""
+    if out.exists():
+        raise OutputError(f"{out}: already exists; choose another folder with {option}")
+
+
+def refuse_other_files(
+    out: Path, *, marks: Collection[str], contents: Collection[str], what: str, option: str = "--out"
+) -> None:
+    """Raise an OutputError if a folder holds other files than `contents`, or lacks the `marks`, for `create`."""
+    if out.is_dir():
+        names = {path.name for path in out.iterdir()}
+        if names and not set(marks) <= names <= set(contents):
+            raise OutputError(f"{out}: holds other files than those of {what}; choose another with {option}")
+    elif out.exists():
+        raise OutputError(f"{out}: is a file; choose another folder with {option}")
+
+
 def is_unfinished(folder: Path) -> bool:
     """Return True for a temporary folder of `create`: its process was killed, or is still writing or removing it."""
     return bool(re.fullmatch(r"\..*-\d{1,9}-[0-9a-f]{8}\.partial", Path(os.path.realpath(folder)).name))
-
-
-def cannot_write(folder: Path, option: str, error: OSError | ValueError) -> OutputError:
-    """Return the error for a folder that cannot be written, with its reason and remedy."""
-    reason = getattr(error, "strerror", None) or error
-    return OutputError(f"{folder}: cannot write there ({reason}); choose another folder with {option}")
 
 
 @contextmanager
@@ -77,7 +89,7 @@ def _errors_of(out: Path, option: str) -> Iterator[None]:
     try:
         yield
     except (OSError, ValueError) as error:
-        raise cannot_write(out, option, error) from error
+        raise atomic_file.cannot_write(out, option, error) from error
 
 
 def _move_into_place(temporary: Path, out: Path, named: list[Path]) -> None:

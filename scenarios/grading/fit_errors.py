@@ -37,8 +37,7 @@ import pandas as pd
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import body_points
 from luxloop.scenarios.grading.body_points import BodyPoints, Complexes, Ranging
-from luxloop.scenarios.grading.frame_truth import FrameTruth
-from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
+from luxloop.scenarios.grading.frame_truth import NO_ACTOR_ROW, FrameTruth, Ownership
 from luxloop.scenarios.grading.plane_geometry import (
     QUARTER,
     corner,
@@ -90,15 +89,10 @@ def observed(frame_truth: FrameTruth, ranging: Ranging, points: BodyPoints, owne
     face, along = on_faces(
         points.position, points.beam, actors.size[points.row], CORNER_RADIUS_M[actors.kind[points.row]], deep
     )
-    sigma = ranging.sigma[scan.unit[points.point]] * _incidence(points.beam, face)
+    sigma = ranging.sigma[scan.unit[points.point]] * np.asarray(-(points.beam * NORMALS[face].conj()).real)
     kept = (sigma > 0.0) & ~actors.joint_angles[points.row].any(axis=1)  # a beam meets no face from behind
     place = along / (0.5 * BOW_SHARE[face] * actors.size[points.row, 1 - face % 2])
     return bound(points.observation[kept], face[kept], along[kept], place[kept], sigma[kept], len(owner))
-
-
-def _incidence(beam: Complexes, face: Ints) -> Floats:
-    """Cosine (P,) of the angle between each beam and the inward normal of its face, in the plane."""
-    return np.asarray(-(beam * NORMALS[face].conj()).real)
 
 
 def on_faces(

@@ -116,7 +116,7 @@ class TrackMatches:
             "iou": iou,
             "heading_error_deg": np.degrees(self.heading_error),
             "judged": judged,
-            "label": _labels(tracks),
+            "label": np.full(len(tracks), -1) if tracks.small is None else tracks.small.astype(np.int64),
             **mma_metrics.corner_errors(tracks, row, self.boxes_ego[row], true_boxes, ego_pose_odom),
             **mma_metrics.predicted(tracks, row, ego_pose_odom, frame_truth.frame.ego.pose_world),
         }
@@ -140,11 +140,6 @@ def _small_on_nothing(frame_truth: FrameTruth, tracks: Tracks, verdict: npt.NDAr
     others = ~IS_VULNERABLE[frame_truth.actors.kind]
     nothing = overlap[others].max(axis=0, initial=0.0) == 0.0
     return np.flatnonzero(tracks.small & nothing & (verdict == TrackVerdict.FALSE))
-
-
-def _labels(tracks: Tracks) -> Ints:
-    """(T,) index in `frame_tables.LABELS` of each track, -1 for a tracker without classes."""
-    return np.full(len(tracks), -1) if tracks.small is None else tracks.small.astype(np.int64)
 
 
 def _on_ghosts(boxes: Floats, verdict: npt.NDArray[np.int8], ghosts: Floats, iou_min: float) -> Ints:

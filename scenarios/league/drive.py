@@ -100,7 +100,7 @@ def scans_of(drive: Drive, code: str) -> RecordedRun:
     except (OSError, ValueError, OutputError):
         pass
     execute(drive.load(), NoTracks, folder, record=False, record_scans=True)
-    write_json(mark, made_by)
+    atomic_file.save_text(mark, json.dumps(made_by, indent=1) + "\n")
     return RecordedRun.open(folder)
 
 
@@ -120,19 +120,3 @@ def scans_digest(folder: Path) -> str:
     for path in sorted((folder / run_folder.SCANS).glob("*.parquet")):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
-
-
-def write_json(path: Path, content: object) -> None:
-    """Write a file atomically.
-
-    Raises
-    ------
-    OutputError
-        It cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_file.create(path) as temporary:
-            temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write there ({error.strerror}); choose another folder with --out") from error

@@ -1,5 +1,6 @@
 """Folder of a league: its page, rows and picture."""
 
+import json
 import math
 import shlex
 from collections.abc import Sequence
@@ -26,7 +27,7 @@ from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import BLUE, INK, LINE, MUTED
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
-from luxloop.scenarios.league.drive import SCANS, write_json
+from luxloop.scenarios.league.drive import SCANS
 from luxloop.scenarios.league.entrants import Entrant, chosen
 from luxloop.scenarios.league.league_runs import Row
 from luxloop.scenarios.league.standings import GOSPA, PairedDifference, Standing, ahead, beaten_in
@@ -180,8 +181,8 @@ def write(rows: Sequence[Row], found: Sequence[Standing], request: Request, out:
     """
     document = league_document(rows, found, request)
     html.write(out / PAGE, document)
-    _write_csv(out / TABLE, rows)
-    write_json(out / DOCUMENT, json_data(document))
+    atomic_file.save_text(out / TABLE, pd.DataFrame(list(rows)).to_csv(index=False))
+    atomic_file.save_text(out / DOCUMENT, json.dumps(json_data(document), indent=1, allow_nan=False) + "\n")
     hota_figure(found).save(out, ["svg", "png"])
     return document
 
@@ -266,14 +267,6 @@ def _data(rows: Sequence[Row], found: Sequence[Standing], request: Request) -> d
 def _fields(each: Standing) -> dict[str, Any]:
     values = {name: getattr(each, name) for name in each.__dataclass_fields__}
     return {**values, "differences": {name: asdict(value) for name, value in each.differences.items()}}
-
-
-def _write_csv(path: Path, rows: Sequence[Row]) -> None:
-    try:
-        with atomic_file.create(path) as temporary:
-            pd.DataFrame(list(rows)).to_csv(temporary, index=False)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write there ({error.strerror}); choose another folder with --out") from error
 
 
 def _command(request: Request) -> str:

@@ -20,11 +20,13 @@ AUTOWARE_BICYCLE = _peer(
     "autoware-bicycle", "autoware_bicycle:AutowareBicycle", "Autoware's fit, Hungarian, two-axle EKF"
 )
 NEAREST_NEIGHBOUR = _peer(
-    "nearest-neighbour", "stone_soup:NearestNeighbour", "Stone Soup: GNN, Kalman filter", "league"
+    "nearest-neighbour", "nearest_neighbour:NearestNeighbour", "Stone Soup: GNN, Kalman filter", "league"
 )
-JPDA = _peer("jpda", "stone_soup:JointProbabilistic", "Stone Soup: JPDA, Kalman filter", "league")
-PARTICLE_FILTER = _peer("particle-filter", "stone_soup:ParticleFilter", "Stone Soup: GNN, particle filter", "league")
+JPDA = _peer("jpda", "joint_probabilistic:JointProbabilistic", "Stone Soup: JPDA, Kalman filter", "league")
+PARTICLE_FILTER = _peer(
+    "particle-filter", "particle_filter:ParticleFilter", "Stone Soup: GNN, particle filter", "league"
+)
 MULTI_HYPOTHESIS = _peer(
-    "multi-hypothesis", "stone_soup:MultiHypothesis", "Stone Soup: multi-frame assignment", "league"
+    "multi-hypothesis", "multi_hypothesis:MultiHypothesis", "Stone Soup: multi-frame assignment", "league"
 )
 NORFAIR = _peer("norfair", "norfair_points:NorfairPoints", "norfair-enough: greedy, Kalman filter", "league")

@@ -18,13 +18,12 @@ from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.offline.recorded_scans import RecordedRun, RecordedScans
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.result import Metric, Result
-from luxloop.scenarios.run import device, own_metrics, progress, versions, warm_up
+from luxloop.scenarios.run import device, own_metrics, versions
 from luxloop.scenarios.run.device import DeviceFactory
-from luxloop.scenarios.run.guard import Guard, guarded
-from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S
+from luxloop.scenarios.run.guard import Guard, guarded, warm_up
+from luxloop.scenarios.run.process_tracker import STEP_TIMEOUT_S
 from luxloop.scenarios.run.stopwatch import Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
-from luxloop.scenarios.run.warm_up import compilation_reported
 
 SIMULATORS = ("libsumo", "highway-env")
 """Packages whose versions are those of the original run."""
@@ -89,14 +88,7 @@ class Regrader:
             The run has no scans; the tracker failed, took too long, or returned invalid tracks.
         """
         scans, config = self._run.scans(), self._run.scenario.tracker
-        with (
-            progress.start(self._run.result.scenario) as report,
-            compilation_reported(report),
-            guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
-        ):
-            for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
-                unused.show_truth(frame, truth)
-                unused.checked(unused.step(scan), scan)
+        warm_up(make_device, config, self._run.result.scenario, scans, step_timeout_s)
         with guarded(make_device, config, step_timeout_s) as tracker:
             return self._replay(scans, tracker, name, timed=True)
 

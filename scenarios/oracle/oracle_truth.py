@@ -6,9 +6,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.grading.frame_truth import IS_VEHICLE
+from luxloop.scenarios.grading.frame_truth import IS_VEHICLE, NO_ACTOR_ROW, Ownership, point_rows
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
 from luxloop.scenarios.grading.plane_geometry import into_frame, out_of_frame, turned
 from luxloop.sensor_model.truth import NO_ACTOR, Cause, ScanTruth
 from luxloop.sim.sections import bend

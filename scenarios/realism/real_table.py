@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.realism.compared_figures import FIGURES
+from luxloop.scenarios.realism.realism_comparison import FIGURES
 from luxloop.sim import csv_rows
 
 VIEW = ("range_m", "aspect_deg", "front_seen")

@@ -10,9 +10,8 @@ import pandas as pd
 from luxloop.scenarios.arrays import Floats
 from luxloop.scenarios.document.figure import STYLE
 from luxloop.scenarios.document.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE
-from luxloop.scenarios.realism.compared_figures import ComparedRow, Summary
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
-from luxloop.scenarios.realism.realism_comparison import Comparison
+from luxloop.scenarios.realism.realism_comparison import ComparedRow, Comparison, Summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,10 +6,9 @@ from typing import Any
 
 from luxloop.scenarios.document.document import Answer, Document, Paragraph, Section, Span, Style, Table, json_data
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.realism import realism_figures
-from luxloop.scenarios.realism.compared_figures import ComparedRow, Figure, Summary
-from luxloop.scenarios.realism.realism_comparison import FAR, NEAREST, Comparison
+from luxloop.scenarios.realism.realism_comparison import FAR, NEAREST, ComparedRow, Comparison, Figure, Summary
 from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import NONE, table_of
 
@@ -98,16 +97,13 @@ def write(comparison: Comparison, out: Path) -> None:
     OutputError
         The folder cannot be written, or holds other files.
     """
-    with atomic_folder.create(out, OPTION, refuse_other_files) as folder:
-        try:
-            shown = document(comparison)
-            figures = json.dumps(json_data(shown), indent=2, allow_nan=False)
-            (folder / DOCUMENT).write_text(figures + "\n", encoding="utf-8")
-            (folder / TABLE).write_text(text.as_text(shown), encoding="utf-8")
-            comparison.matched.to_csv(folder / MATCHED, index=False, float_format=FIGURE_FORMAT)
-            realism_figures.save(comparison, folder)
-        except OSError as error:
-            raise atomic_folder.cannot_write(out, OPTION, error) from error
+    with atomic_folder.create(out, OPTION, refuse_other_files) as folder, atomic_file.writing(out, OPTION):
+        shown = document(comparison)
+        figures = json.dumps(json_data(shown), indent=2, allow_nan=False)
+        (folder / DOCUMENT).write_text(figures + "\n", encoding="utf-8")
+        (folder / TABLE).write_text(text.as_text(shown), encoding="utf-8")
+        comparison.matched.to_csv(folder / MATCHED, index=False, float_format=FIGURE_FORMAT)
+        realism_figures.save(comparison, folder)
 
 
 def refuse_other_files(out: Path) -> None:

@@ -19,13 +19,12 @@ from luxloop.scenarios.metrics import of_recordings
 from luxloop.scenarios.offline.track_file import TrackFile
 from luxloop.scenarios.recordings.recording import Recording
 from luxloop.scenarios.result import Result
-from luxloop.scenarios.run import device, progress, versions, warm_up
+from luxloop.scenarios.run import device, progress, versions
 from luxloop.scenarios.run.device import DeviceFactory
-from luxloop.scenarios.run.guard import Guard, guarded
-from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S
+from luxloop.scenarios.run.guard import Guard, guarded, warm_up
+from luxloop.scenarios.run.process_tracker import STEP_TIMEOUT_S
 from luxloop.scenarios.run.stopwatch import Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
-from luxloop.scenarios.run.warm_up import compilation_reported
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
@@ -96,13 +95,7 @@ def run_tracker(
     OutputError, ContractError
         The recording is damaged; the tracker failed, took too long, or returned invalid tracks.
     """
-    with (
-        progress.start(recording.name) as report,
-        compilation_reported(report),
-        guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
-    ):
-        for _, scan in zip(range(warm_up.FRAMES), recording.scans(), strict=False):
-            unused.checked(unused.step(scan), scan)
+    warm_up(make_device, rules.tracker, recording.name, recording.frames(), step_timeout_s)
     with guarded(make_device, rules.tracker, step_timeout_s) as tracker:
         return grade_device(recording, tracker, rules, name, observe, timed=True)
 

@@ -12,7 +12,6 @@ from luxloop.scenarios.recordings import recorded_labels, recording_writer
 from luxloop.scenarios.recordings.ego_mount import EgoMount
 from luxloop.scenarios.recordings.ego_scans import EgoScans
 from luxloop.scenarios.recordings.import_options import ImportOptions
-from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut
 from luxloop.scenarios.recordings.pose_track import PoseTrack
 from luxloop.scenarios.recordings.recorded_labels import RecordedLabels, TrueVehicle, scaled
 from luxloop.scenarios.recordings.recording_writer import RecordingWriter
@@ -107,7 +106,7 @@ def _summary(options: ImportOptions, used: list[EgoMount]) -> dict[str, Any]:
         "files": list(options.files),
         "mounts": mounts,
         "level": options.level,
-        "cut": _cut(options.cut),
+        "cut": None if options.cut is None else asdict(options.cut),
         "kept_heights_m": options.heights_m,
         "sweep_time_s": options.sweep_time_s,
         "odometry": options.odometry,
@@ -117,10 +116,6 @@ def _summary(options: ImportOptions, used: list[EgoMount]) -> dict[str, Any]:
         "scale_time": options.scale_time,
         "versions": versions.installed(),
     }
-
-
-def _cut(cut: ElevationCut | HeightCut | None) -> dict[str, Any] | None:
-    return None if cut is None else asdict(cut)
 
 
 def _origin(options: ImportOptions, found: Imported) -> str:

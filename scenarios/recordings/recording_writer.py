@@ -9,6 +9,7 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,8 @@ import numpy as np
 from luxloop.scenarios.dataset import dataset_columns
 from luxloop.scenarios.dataset.dataset_columns import Column, Values, column_tables
 from luxloop.scenarios.dataset.writer import close_tables, open_tables
-from luxloop.scenarios.errors import InputError, OutputError
-from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.offline.recorded_scans import require_numbers
 from luxloop.tracker.scan import Scan
 
@@ -149,22 +150,11 @@ def create(out: Path, *, labelled: bool) -> Iterator[tuple[Path, RecordingWriter
     OutputError
         `out` cannot be written, or holds something else than a recording.
     """
-    with atomic_folder.create(out, OPTION, _refuse_other_files) as folder:
+    refuse = partial(atomic_folder.refuse_other_files, marks=[SUMMARY], contents=CONTENTS, what="a recording")
+    with atomic_folder.create(out, OPTION, refuse) as folder, atomic_file.writing(out, OPTION):
+        writer = RecordingWriter(folder, labelled=labelled)
         try:
-            writer = RecordingWriter(folder, labelled=labelled)
-            try:
-                yield folder, writer
-            finally:
-                with suppress(OSError):  # an open file means an earlier failure; the folder is deleted
-                    writer.close()
-        except OSError as error:
-            raise atomic_folder.cannot_write(out, OPTION, error) from error
-
-
-def _refuse_other_files(out: Path) -> None:
-    if out.is_dir():
-        names = {path.name for path in out.iterdir()}
-        if names and not {SUMMARY} <= names <= CONTENTS:
-            raise OutputError(f"{out}: holds other files than those of a recording; choose another with {OPTION}")
-    elif out.exists():
-        raise OutputError(f"{out}: is a file; choose another folder with {OPTION}")
+            yield folder, writer
+        finally:
+            with suppress(OSError):  # an open file means an earlier failure; the folder is deleted
+                writer.close()

@@ -8,12 +8,12 @@ The folder is that of a run (`luxloop.scenarios.run.run_folder`), which `luxloop
 
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from luxloop.scenarios.document import html
 from luxloop.scenarios.document.document import Document
-from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.files.expect import Check, check
 from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.recordings import track_page
@@ -76,7 +76,9 @@ def track_recording(
     OutputError, ContractError
         A folder cannot be read or written; the tracker failed, took too long, or returned invalid tracks.
     """
-    with atomic_folder.create(out, OPTION, _refuse_other_files) as folder:
+    marks = (TRACKS, run_folder.RESULT)
+    refuse = partial(atomic_folder.refuse_other_files, marks=marks, contents=CONTENTS, what="luxloop track")
+    with atomic_folder.create(out, OPTION, refuse) as folder:
         rows, drive = TrackRows(), Drive()
         recorder: Recorder | NullRecorder = NullRecorder()
         if record:
@@ -96,20 +98,9 @@ def track_recording(
         checks = check(result.metrics, rules.expect, result.config["device"])
         tracks = rows.table()
         report = track_page.recording_document(recording, result, checks, tracks, out, None)
-        try:
+        with atomic_file.writing(out, OPTION):
             track_page.write(folder / TRACKS, tracks)
             page = html.page(track_page.recording_document(recording, result, checks, tracks, out, drive))
             (folder / PAGE).write_text(page, encoding="utf-8")
-        except OSError as error:
-            raise atomic_folder.cannot_write(out, OPTION, error) from error
         run_folder.write(folder, result, checks, text.as_text(report))
     return Tracked(result, checks, track_page.facts(result, tracks), report)
-
-
-def _refuse_other_files(out: Path) -> None:
-    if out.is_dir():
-        names = {path.name for path in out.iterdir()}
-        if names and not {TRACKS, run_folder.RESULT} <= names <= CONTENTS:
-            raise OutputError(f"{out}: holds other files than those of luxloop track; choose another with {OPTION}")
-    elif out.exists():
-        raise OutputError(f"{out}: is a file; choose another folder with {OPTION}")

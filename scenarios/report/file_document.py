@@ -79,7 +79,9 @@ def bands(result: Result) -> list[dict[str, str]]:
 def tables(result: Result) -> list[Table]:
     """Return a table for each group of metrics with a value."""
     known = [name for name, metric in result.metrics.items() if metric.value is not None]
-    names = {title: [name for name in known if _kind(name) in kinds] for title, kinds in TABLES.items()}
+    names = {
+        title: [name for name in known if find_metric(name).definition.kind in kinds] for title, kinds in TABLES.items()
+    }
     return [figure_rows(title, result.metrics, rows) for title, rows in names.items() if rows]
 
 
@@ -115,10 +117,6 @@ def without_value(result: Result) -> list[Block]:
     for reason, names in reasons.items():
         table.add_row(reason, ", ".join(names))
     return [table] if reasons else []
-
-
-def _kind(name: str) -> str:
-    return find_metric(name).definition.kind
 
 
 def _header(result: Result) -> str:

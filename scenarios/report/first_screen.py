@@ -190,7 +190,10 @@ def _warning(result: Result, columns: int) -> Screen:
     """Return the first warning about the traffic's input, cut to one line."""
     found = result.warnings
     more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-    return [Text(_cut(f"Warning: {found[0]}", columns - len(more)) + more, "yellow")] if found else []
+    if not found:
+        return []
+    line = textwrap.shorten(f"Warning: {found[0]}", max(columns - len(more), 10), placeholder=" ...")
+    return [Text(line + more, "yellow")]
 
 
 def _failing(result: Result, checks: Sequence[Check], rest: str, columns: int, room: int) -> Screen:
@@ -254,8 +257,3 @@ def _worst_frame(result: Result, checks: Sequence[Check], columns: int) -> Scree
 
 def _heading(words: str) -> Text:
     return Text(words, "bold")
-
-
-def _cut(words: str, columns: int) -> str:
-    """Return words on one line, cut if they are too long."""
-    return textwrap.shorten(words, max(columns, 10), placeholder=" ...")

@@ -155,7 +155,15 @@ def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document
         Section("worst", "Worst frames", [PICTURE_LEGEND, *more] if figures.pictures else [], page_only=True),
         Section("frames", "Frame by frame", [figures.player] if figures.player else [], page_only=True),
         Section("fits", "Fits of single frames", [*figures.fits, *_fits(result)]),
-        Section("tracks", "Tracks", [*(one for one in figures.tracks if one not in first), *_tracks(result)]),
+        Section(
+            "tracks",
+            "Tracks",
+            [
+                *(one for one in figures.tracks if one not in first),
+                *run_tables.tracking(result),
+                *vulnerable(result),
+            ],
+        ),
         Section("bands", "Tracks by range, class and view", run_tables.tracks_by_band(result), page_only=True),
         Section("models", "Motion models", [*figures.models, *_models(result)]),
         Section("stages", "All stages", _stages(result)),
@@ -243,11 +251,6 @@ def _models(result: Result) -> list[Table]:
     """Return the paper's table IV, and the tables of modes, predictions and consistency."""
     makers = (paper_comparison.position_error, run_tables.modes, run_tables.predictions, run_tables.consistency)
     return [make(result) for make in makers]
-
-
-def _tracks(result: Result) -> list[Table]:
-    """Return the tables of the tracks over the whole run."""
-    return [*run_tables.tracking(result), *vulnerable(result)]
 
 
 def _stages(result: Result) -> list[Block]:

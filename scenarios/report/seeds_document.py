@@ -150,16 +150,12 @@ def _failing(done: Runs, room: int) -> Screen:
     for seed, run in done.items():
         for check in unmet(run.checks):
             by_name.setdefault(check.name, {})[seed] = check
-    worst = {name: _worst_seed(found) for name, found in by_name.items()}
+    worst = {name: min(found, key=lambda seed: _importance(found[seed])) for name, found in by_name.items()}
     names = sorted(by_name, key=lambda name: _importance(by_name[name][worst[name]]))
     shown = names if len(names) < room else names[: room - 2]
     rows = [_row(name, by_name[name], worst[name], len(done)) for name in shown]
     more = [Text(f"  and {len(names) - len(shown)} more: --full prints all", "dim")] if len(shown) < len(names) else []
-    return [*_limits(rows), *more] if rows else []
-
-
-def _worst_seed(found: Mapping[int, Check]) -> int:
-    return min(found, key=lambda seed: _importance(found[seed]))
+    return [*first_screen.table(("Limits that do not hold", "worst", "seeds"), rows), *more] if rows else []
 
 
 def _importance(check: Check) -> tuple[bool, float]:
@@ -171,10 +167,6 @@ def _row(name: str, found: Mapping[int, Check], worst: int, seeds: int) -> tuple
     failed = sum(check.outcome == "failed" for check in found.values())
     known = "" if failed else "known failure, "
     return name, exceeded(found[worst]), f"{known}{len(found)} of {seeds} seeds, worst: {worst}"
-
-
-def _limits(rows: Sequence[tuple[str, str, str]]) -> Screen:
-    return first_screen.table(("Limits that do not hold", "worst", "seeds"), rows)
 
 
 def _commands(done: Runs, worst: int, *, recorded: bool) -> dict[str, str]:

@@ -1,17 +1,19 @@
 """A tracker under guard: it gets copies of the scans, and its output is copied and checked in every frame."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any, NoReturn
 
 from luxloop.scenarios.errors import ContractError, InputError
-from luxloop.scenarios.run import device
-from luxloop.scenarios.run.checked_output import BrokenOutputError, OutputCheck, read_only
+from luxloop.scenarios.run import device, progress
 from luxloop.scenarios.run.child_process import ChildError, ChildTimeoutError
 from luxloop.scenarios.run.device import APART, Device, DeviceFactory
+from luxloop.scenarios.run.output_checks import BrokenOutputError, OutputCheck, read_only
 from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S, ProcessTracker, TrackerProcess
 from luxloop.scenarios.run.termination import is_interrupt
 from luxloop.scenarios.run.user_code import place_of, text_of
+from luxloop.scenarios.run.warm_up import FRAMES, compilation_reported
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
 from luxloop.tracker.records import StepTrace, Tracks
@@ -122,6 +124,41 @@ class Guard:
 
     def _break(self, what: str, error: BaseException | None = None) -> NoReturn:
         raise ContractError(" ".join(self._line(what).split())) from error
+
+
+def warm_up(
+    make_device: DeviceFactory,
+    config: TrackerConfig,
+    name: str,
+    frames: Iterable[tuple[WorldFrame, Scan, ScanTruth]],
+    step_timeout_s: float = STEP_TIMEOUT_S,
+) -> None:
+    """Run a tracker that is not used again on the first frames, to compile its kernels before the time is measured.
+
+    Parameters
+    ----------
+    make_device, config
+        As `Guard`.
+    name
+        What is run, for the progress.
+    frames
+        Frames with their scans and truth; a few are taken.
+    step_timeout_s
+        Limit of one step; the first ones may take longer [s].
+
+    Raises
+    ------
+    ContractError
+        As `Guard`.
+    """
+    with (
+        progress.start(name) as report,
+        compilation_reported(report),
+        guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
+    ):
+        for frame, scan, truth in islice(frames, FRAMES):
+            unused.show_truth(frame, truth)
+            unused.checked(unused.step(scan), scan)
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -19,12 +19,11 @@ from luxloop.scenarios.rerun_log.recorder import NullRecorder, Recorder
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device, own_metrics, progress, termination, versions
 from luxloop.scenarios.run.device import DeviceFactory
-from luxloop.scenarios.run.guard import Guard, guarded
-from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S
-from luxloop.scenarios.run.scan_source import NoiseInputError, ScannedFrame, Scans, ScanSource, ScanStart
+from luxloop.scenarios.run.guard import guarded, warm_up
+from luxloop.scenarios.run.process_tracker import STEP_TIMEOUT_S
+from luxloop.scenarios.run.scan_source import NoiseInputError, Scans, ScanSource, ScanStart
 from luxloop.scenarios.run.stopwatch import RECORDING, SCANNED, Stopwatch
 from luxloop.scenarios.run.trace_hash import TraceHash
-from luxloop.scenarios.run.warm_up import compilation_reported
 from luxloop.sensor_model.rig.rig import Rig, RigError, load_rig
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.factory import make_source, run_ahead
@@ -88,15 +87,11 @@ def run(
             started = _reset(source, scenario)
         if start:
             start(started.obstacles)
-        with (
-            progress.start(scenario.name) as report,
-            compilation_reported(report),
-            guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
-        ):
-            warm_up(started.warm_up, unused)
+        one_car = ((one.frame, one.scan, one.truth) for one in started.warm_up)
+        warm_up(make_device, scenario.tracker, scenario.name, one_car, step_timeout_s)
         grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise), rig.range_max_m)
         driver = TrackDriver(scenario.control, traffic) if scenario.control else None
-        frame_count = _frame_count(scenario, source)
+        frame_count = max(1, round(scenario.duration_s / source.dt))
         recorder = _recorder(scenario, record_to, started.obstacles, frame_count)
         with closing(recorder), guarded(make_device, scenario.tracker, step_timeout_s) as tracker:
             try:
@@ -212,10 +207,6 @@ def _require_scan_period(scenario: Scenario, rig: Rig, dt: float) -> None:
         )
 
 
-def _frame_count(scenario: Scenario, source: Scans) -> int:
-    return max(1, round(scenario.duration_s / source.dt))
-
-
 def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory, ego: str) -> dict[str, Any]:
     """Return the whole configuration of the run, including defaults, the content of the rig files and the ego's id."""
     config = {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}
@@ -240,10 +231,3 @@ def imports_beside(filters: FilterConfig, dt: float) -> Iterator[None]:
         yield
     finally:
         importing.join()  # a tracker that forks gets no import that never ends
-
-
-def warm_up(scans: Iterable[ScannedFrame], unused: Guard) -> None:
-    """Run a tracker that is not used again on the scans of one car (`luxloop.scenarios.run.scan_source.ScanStart`)."""
-    for item in scans:
-        unused.show_truth(item.frame, item.truth)
-        unused.checked(unused.step(item.scan), item.scan)

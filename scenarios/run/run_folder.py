@@ -11,6 +11,7 @@ import json
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import pandas as pd
 
 from luxloop.scenarios.dataset import writer as dataset
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.files.expect import Check, verdict
 from luxloop.scenarios.files.input_file import read_parquet
 from luxloop.scenarios.grading.figures import Figures
@@ -47,7 +48,9 @@ def create(out: Path) -> AbstractContextManager[Path]:
     OutputError
         `out` cannot be written, or holds something else than an earlier run.
     """
-    return atomic_folder.create(out, "--out", _refuse_to_replace_other_files)
+    contents = (RESULT, REPORT, RECORDING, TABLES, SCANS)
+    refuse = partial(atomic_folder.refuse_other_files, marks=[RESULT], contents=contents, what="a run")
+    return atomic_folder.create(out, "--out", refuse)
 
 
 @contextmanager
@@ -59,10 +62,8 @@ def scans(folder: Path) -> Iterator[dataset.DatasetWriter]:
     OutputError
         The folder cannot be written, for instance because the disk is full.
     """
-    try:
+    with atomic_file.writing(folder):
         (folder / SCANS).mkdir()
-    except OSError as error:
-        raise atomic_folder.cannot_write(folder, "--out", error) from error
     with dataset.write_into(folder / SCANS, "--out") as writer:
         yield writer
 
@@ -97,15 +98,13 @@ def write(folder: Path, result: Result, checks: list[Check], report: str) -> Non
     OutputError
         The folder cannot be written, for instance because the disk is full.
     """
-    try:
+    with atomic_file.writing(folder):
         text = json.dumps(document(result, checks), indent=2, ensure_ascii=False, allow_nan=False)
         (folder / REPORT).write_text(report, encoding="utf-8")
         (folder / TABLES).mkdir()
         for name, table in result.tables.items():
             table.to_parquet(folder / TABLES / f"{name}.parquet", index=False)
         (folder / RESULT).write_text(text + "\n", encoding="utf-8")  # last: marks the folder as complete
-    except OSError as error:
-        raise atomic_folder.cannot_write(folder, "--out", error) from error
 
 
 def read(folder: Path) -> Result:
@@ -203,15 +202,6 @@ def _read_table(path: Path) -> pd.DataFrame:
     table = read_parquet(path).to_pandas()
     require_table(path.stem, table)
     return table
-
-
-def _refuse_to_replace_other_files(out: Path) -> None:
-    if out.is_dir():
-        names = {path.name for path in out.iterdir()}
-        if names and not {RESULT} <= names <= {RESULT, REPORT, RECORDING, TABLES, SCANS}:
-            raise OutputError(f"{out}: holds other files than those of a run; choose another with --out")
-    elif out.exists():
-        raise OutputError(f"{out}: is a file; choose another folder with --out")
 
 
 LARGEST_NUMBER = 1e12

@@ -9,8 +9,8 @@ import pickle
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from luxloop.scenarios.run import checked_output, user_code
-from luxloop.scenarios.run.checked_output import BrokenOutputError, OutputCheck
+from luxloop.scenarios.run import output_checks, user_code
+from luxloop.scenarios.run.output_checks import BrokenOutputError, OutputCheck
 from luxloop.scenarios.run.record_messages import ANSWER, TEXT_MAX, Kind, encode
 from luxloop.sim.rare_collection import collect_rarely
 from luxloop.tracker.scan import Scan
@@ -71,7 +71,7 @@ class _Server:
         return Kind.TEXT, b""
 
     def _step(self, scan: Scan) -> tuple[Kind, bytes]:
-        output = self._tracker.step(checked_output.locked(scan))
+        output = self._tracker.step(output_checks.locked(scan))
         try:
             return Kind.OUTPUT, encode(*(output if isinstance(output, tuple) else (output, None)))
         except Exception:  # this check says which field is wrong, or converts it

@@ -10,7 +10,7 @@ from typing import Any
 
 import tomli_w
 
-from luxloop.scenarios.errors import OutputError, StudyError
+from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.execute import execute
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.files.expect import SHIPPED, Limit
@@ -18,12 +18,11 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import device
 from luxloop.scenarios.search import reductions
-from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify, executor, no_report
+from luxloop.scenarios.search.evaluator import BY_DEFAULT, Evaluator, Json, Notify, TrialOptions
 from luxloop.scenarios.search.optimise import optimise
 from luxloop.scenarios.search.reductions import shrink
 from luxloop.scenarios.study.design import source
 from luxloop.scenarios.study.parameter import Value
-from luxloop.scenarios.study.row_store import RowStore
 from luxloop.scenarios.study.study_file import Search, Study
 
 HEAD = ("description", "reason", "suite", "seed", "duration_s", "traffic")
@@ -60,16 +59,7 @@ def write(document: Json, made_at: Path, path: Path) -> None:
     moved = _moved(document, made_at.parent, path.parent)
     last = [key for key in moved if key not in (*HEAD, "expect")]
     ordered = {key: moved[key] for key in (*HEAD, *last, "expect") if key in moved}
-    try:
-        with atomic_file.create(path) as partial:
-            partial.write_text(_text(ordered), encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write there ({error.strerror}); choose another folder with --out") from error
-
-
-def _text(document: Json) -> str:
-    """Return TOML text with lists of numbers on one line."""
-    return _NUMBERS.sub(lambda found: f"[{' '.join(found[1].split())}]", tomli_w.dumps(document))
+    atomic_file.save_text(path, _NUMBERS.sub(lambda found: f"[{' '.join(found[1].split())}]", tomli_w.dumps(ordered)))
 
 
 def _plain(value: Any) -> Any:
@@ -120,11 +110,7 @@ def search(
     tracker: str,
     out: Path,
     notify: Notify,
-    workers: int = 1,
-    scheduler: str | None = None,
-    *,
-    retry_errors: bool = False,
-    report_defect: Notify = no_report,
+    options: TrialOptions = BY_DEFAULT,
 ) -> Finding | None:
     """Find the smallest disturbance with which the study's metric fails; None if no trial fails.
 
@@ -138,14 +124,8 @@ def search(
         Folder of the scenario file, its run and the rows of all trials; those of an earlier start are reused.
     notify
         Receives a line of text for every step.
-    workers
-        Number of local processes; not used with a scheduler.
-    scheduler
-        Address of a Dask scheduler.
-    retry_errors
-        True to run again what ended with an error.
-    report_defect
-        As `Evaluator`.
+    options
+        Where runs are executed, and what becomes of errors.
 
     Raises
     ------
@@ -159,20 +139,12 @@ def search(
     if study.search is None:
         raise StudyError(f"{study.path}: no [search] table; add one with the metric that should fail, and its limit")
     goal, (stage, path) = study.search, source(study)
-    device.load(tracker)  # an invalid tracker is reported once, not by every evaluation
 
     def make(parameters: dict[str, Value], seed: int) -> Json:
         document = {**stage({**study.fixed, **parameters}), "seed": seed}
         return {**document, "expect": expectation(goal.metric, goal.limit, "")}
 
-    with RowStore.opened(out) as rows, executor(min(workers, goal.at_once), scheduler) as execute_runs:
-        evaluator = Evaluator(
-            goal, path, tracker, rows, execute_runs, retry_errors=retry_errors, report_defect=report_defect
-        )
-        if evaluator.known:
-            notify(f"{evaluator.known} evaluations of an earlier start are reused")
-        if evaluator.retried:
-            notify(f"{evaluator.retried} evaluations ended with an error and are run again")
+    with Evaluator.opened(goal, path, tracker, out, notify, options, goal.at_once) as evaluator:
         with evaluator.resumable():
             best, search_runs = optimise(study, evaluator, make, notify), evaluator.runs
             smallest = shrink(study, best, evaluator, make, notify, goal.reduction_runs) if best else None

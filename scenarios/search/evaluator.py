@@ -5,12 +5,13 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from luxloop.scenarios.errors import Interrupted
 from luxloop.scenarios.exit_codes import INTERNAL_ERROR
 from luxloop.scenarios.files.expect import Limit
 from luxloop.scenarios.metrics.own_metric import PREFIX
+from luxloop.scenarios.run import device
 from luxloop.scenarios.study.design import StudyRun
 from luxloop.scenarios.study.parameter import Parameter, Value
 from luxloop.scenarios.study.row_store import RowStore, RowText, RunRow, as_row, as_text, schema_of
@@ -84,6 +85,23 @@ def no_report(_line: str) -> None:
 
 
 @dataclass(frozen=True, slots=True)
+class TrialOptions:
+    """Where the runs of a search are executed, and what becomes of errors."""
+
+    workers: int = 1
+    """Number of local processes; not used with a scheduler."""
+    scheduler: str | None = None
+    """Address of a Dask scheduler."""
+    retry_errors: bool = False
+    """True to run again what ended with an error."""
+    report_defect: Notify = no_report
+    """Receives the error of every evaluation that ended by a defect of luxloop."""
+
+
+BY_DEFAULT = TrialOptions()
+
+
+@dataclass(frozen=True, slots=True)
 class Evaluation:
     """Result of one run."""
 
@@ -99,7 +117,7 @@ class Evaluation:
 class Evaluator:
     """Evaluates scenarios by one metric.
 
-    An evaluation with an error is reused as any other, unless `retry_errors` is set.
+    An evaluation with an error is reused as any other, unless `options.retry_errors` is set.
 
     Parameters
     ----------
@@ -113,10 +131,8 @@ class Evaluator:
         Rows of the evaluated scenarios; those of an earlier start are reused.
     execute_runs
         Executes runs on workers; default: sequential execution in this process.
-    retry_errors
-        True to run again what ended with an error.
-    report_defect
-        Receives the error of every evaluation that ended by a defect of luxloop.
+    options
+        Options on errors.
     """
 
     def __init__(
@@ -126,22 +142,42 @@ class Evaluator:
         tracker: str,
         rows: RowStore,
         execute_runs: Executor | None = None,
-        *,
-        retry_errors: bool = False,
-        report_defect: Notify = no_report,
+        options: TrialOptions = BY_DEFAULT,
     ) -> None:
-        self._report_defect = report_defect
+        self._report_defect = options.report_defect
         self.search, self.path, self.tracker = search, path, tracker
         self._contents = Contents(tracker)
         self._metrics = () if search.metric.startswith(PREFIX) else (search.metric,)
         self._rows, self._execute_runs = rows, execute_runs or _execute_sequentially
         self._asked: dict[str, None] = {}
         earlier = {row["key"]: self._evaluation(row) for row in rows.rows()}
-        self._evaluations = {key: one for key, one in earlier.items() if not (retry_errors and one.error)}
+        self._evaluations = {key: one for key, one in earlier.items() if not (options.retry_errors and one.error)}
         self.retried = len(earlier) - len(self._evaluations)
         """Number of evaluations that ended with an error and are run again."""
         self.runs = 0
         """Number of scenarios evaluated so far, including those of an earlier start."""
+
+    @classmethod
+    @contextmanager
+    def opened(
+        cls, search: Search, path: Path, tracker: str, out: Path, notify: Notify, options: TrialOptions, at_once: int
+    ) -> Iterator[Self]:
+        """Yield an evaluator whose rows are in the folder `out`, and which executes up to `at_once` runs at a time.
+
+        Raises
+        ------
+        DeviceError, OutputError
+            The tracker cannot be loaded; the folder cannot be written.
+        """
+        device.load(tracker)  # an invalid tracker is reported once, not by every evaluation
+        workers = min(options.workers, at_once)
+        with RowStore.opened(out) as rows, executor(workers, options.scheduler) as execute_runs:
+            evaluator = cls(search, path, tracker, rows, execute_runs, options)
+            if evaluator.known:
+                notify(f"{evaluator.known} evaluations of an earlier start are reused")
+            if evaluator.retried:
+                notify(f"{evaluator.retried} evaluations ended with an error and are run again")
+            yield evaluator
 
     @contextmanager
     def resumable(self) -> Iterator[None]:

@@ -14,16 +14,15 @@ import numpy as np
 from luxloop.scenarios.document.document import Table
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES
-from luxloop.scenarios.errors import OutputError, StudyError
+from luxloop.scenarios.errors import StudyError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.report.cells import table_of
-from luxloop.scenarios.run import device, progress
-from luxloop.scenarios.search.evaluator import Evaluator, Json, Notify, executor, no_report
+from luxloop.scenarios.run import progress
+from luxloop.scenarios.search.evaluator import BY_DEFAULT, Evaluator, Json, Notify, TrialOptions
 from luxloop.scenarios.statistics.adaptive_curve import AdaptiveCurve, Threshold
 from luxloop.scenarios.study import design
 from luxloop.scenarios.study.figures import label, text
 from luxloop.scenarios.study.parameter import Value
-from luxloop.scenarios.study.row_store import RowStore
 from luxloop.scenarios.study.study_file import Search, Study
 from luxloop.scenarios.study.study_file import Threshold as Goal
 
@@ -65,11 +64,7 @@ def thresholds(
     tracker: str,
     out: Path,
     notify: Notify,
-    workers: int = 1,
-    scheduler: str | None = None,
-    *,
-    retry_errors: bool = False,
-    report_defect: Notify = no_report,
+    options: TrialOptions = BY_DEFAULT,
 ) -> list[Setting]:
     """Estimate the thresholds of every setting of a study.
 
@@ -83,14 +78,8 @@ def thresholds(
         Folder of the rows of all runs; those of an earlier start are reused.
     notify
         Receives a line of text.
-    workers
-        Number of local processes; not used with a scheduler.
-    scheduler
-        Address of a Dask scheduler.
-    retry_errors
-        True to run again what ended with an error.
-    report_defect
-        As `Evaluator`.
+    options
+        Where runs are executed, and what becomes of errors.
 
     Raises
     ------
@@ -105,20 +94,17 @@ def thresholds(
         raise StudyError(f"{study.path}: no [threshold] table; add one with the key, the metric and the shares")
     goal = study.threshold
     make, path = design.source(study)
-    device.load(tracker)  # an invalid tracker is reported once, not by every evaluation
     settings = settings_of(study, goal)
     criterion = Search(metric=goal.metric, min=1.0)
-    with RowStore.opened(out) as rows, executor(min(workers, len(settings)), scheduler) as execute_runs:
-        evaluator = Evaluator(
-            criterion, path, tracker, rows, execute_runs, retry_errors=retry_errors, report_defect=report_defect
-        )
-        if evaluator.known:
-            notify(f"{evaluator.known} evaluations of an earlier start are reused")
-        with evaluator.resumable(), progress.runs(study.path.stem, goal.runs * len(settings), done=0) as advance:
-            for round_ in range(goal.runs):
-                _run_round(study, goal, settings, evaluator, make, round_)
-                advance(len(settings))
-            evaluator.write_table([metric.name for metric in study.metric])
+    with (
+        Evaluator.opened(criterion, path, tracker, out, notify, options, len(settings)) as evaluator,
+        evaluator.resumable(),
+        progress.runs(study.path.stem, goal.runs * len(settings), done=0) as advance,
+    ):
+        for round_ in range(goal.runs):
+            _run_round(study, goal, settings, evaluator, make, round_)
+            advance(len(settings))
+        evaluator.write_table([metric.name for metric in study.metric])
     return settings
 
 
@@ -209,12 +195,7 @@ def write(study: Study, settings: list[Setting], out: Path, formats: list[str]) 
     OutputError
         The folder cannot be written.
     """
-    try:
-        with atomic_file.create(out / DOCUMENT) as partial:
-            content = json.dumps(document(study, settings), indent=2, allow_nan=False)
-            partial.write_text(content + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{out}: cannot write there ({error.strerror}); choose another folder with --out") from error
+    atomic_file.save_text(out / DOCUMENT, json.dumps(document(study, settings), indent=2, allow_nan=False) + "\n")
     assert study.threshold
     title = f"Share of runs that keep {study.threshold.metric}, and the runs of the adaptive design"
     wide = min(len(settings), MOST_PANELS_WIDE)

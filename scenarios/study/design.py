@@ -37,7 +37,7 @@ def parse(key: str) -> tuple[str, ...]:
         The key is malformed.
     """
     steps = tuple(f"[{match[2]}]" if match[2] else match[1] or match[3] for match in _STEP.finditer(key))
-    if not steps or _joined(steps) != key.replace('"', ""):
+    if not steps or ".".join(steps).replace(".[", "[") != key.replace('"', ""):
         raise StudyError(
             f"{key}: not a valid key of a scenario file; use the form noise.dropout.random_rate or traffic.actor[0].x_m"
         )
@@ -90,10 +90,6 @@ def _index(node: Any, step: str, key: str) -> int:
 
 def _not_in_a_table(key: str, step: str) -> StudyError:
     return StudyError(f"{key}: {step} is not inside a table; select a list item before it, e.g. actor[0]")
-
-
-def _joined(steps: tuple[str, ...]) -> str:
-    return ".".join(steps).replace(".[", "[")
 
 
 MakeDocument = Callable[[dict[str, Any]], Json]

@@ -17,7 +17,7 @@ from luxloop.scenarios.document.document import Answer, Document, Section, Table
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES
 from luxloop.scenarios.errors import OutputError
-from luxloop.scenarios.files import atomic_folder
+from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.report.cells import table_of
 from luxloop.scenarios.run import run_folder
 from luxloop.scenarios.statistics import logistic
@@ -173,12 +173,10 @@ def write(found: OcclusionSurvival, out: Path, formats: list[str]) -> None:
         The folder cannot be written, or holds other files.
     """
     with atomic_folder.create(out, "--out", _refuse_other_files) as folder:
-        try:
+        with atomic_file.writing(out):
             found.table.to_parquet(folder / TABLE, index=False)
             text = json.dumps(json_data(document(found)), indent=2, allow_nan=False) + "\n"
             (folder / DOCUMENT).write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise atomic_folder.cannot_write(out, "--out", error) from error
         figure = Figure(PICTURE, "Share of track ids that survive an occlusion", "", (7.0, 3.6), _painter(found))
         figure.save(folder, list(dict.fromkeys(["png", *formats])))
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from luxloop.scenarios.errors import ScenarioError, StudyError
-from luxloop.scenarios.files import input_file, seed_range, shipped
+from luxloop.scenarios.files import input_file, option_values, shipped
 from luxloop.scenarios.files.expect import Limit, metric_name, unit_of
 from luxloop.scenarios.files.validation_message import explain
 from luxloop.scenarios.metrics.definition import MetricDefinition, Selection
@@ -251,7 +251,7 @@ class Study(Strict):
         StudyError
             The text is not of this form.
         """
-        changed = self.model_copy(update={"seeds": list(seed_range.parse(text, StudyError))})
+        changed = self.model_copy(update={"seeds": list(option_values.parse_seeds(text, StudyError))})
         changed._path = self._path
         return changed
 

@@ -6,7 +6,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pyarrow as pa
@@ -139,11 +138,10 @@ def why_run(run: StudyRun, inputs: Mapping[Combination, str]) -> str:
 def combination(row: RunRow, parameters: Sequence[str]) -> Combination:
     """Return seed, tracker and values of the varied parameters of a row as texts, which can be compared."""
     values = (row[key] for key in ("seed", "tracker", *parameters))
-    return tuple(f"{float(value):.12g}" if _is_number(value) else str(value) for value in values)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return tuple(
+        f"{float(value):.12g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+        for value in values
+    )
 
 
 @dataclass(frozen=True, slots=True)

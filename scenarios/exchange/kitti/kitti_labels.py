@@ -115,7 +115,7 @@ class Labels(NamedTuple):
         values = {
             name: np.array([_number(path, number, name, words[at]) for number, words in rows], np.float64)
             for at, name in enumerate(FIELDS)
-            if name in NUMBERS and (name != "score" or _scored(rows))
+            if name in NUMBERS and (name != "score" or (rows and len(rows[0][1]) == len(FIELDS)))
         }
         types = np.array([words[2] for _, words in rows], dtype=np.str_)
         kind = lower_classes(path, "type", types, (*TYPES, "DontCare"), lambda row: f"line {place[row]}")
@@ -221,7 +221,3 @@ def _number(path: Path, line: int, name: str, word: str) -> float:
         return float(word)
     except ValueError as error:
         raise TracksError(f"{path}: line {line}, {name}: {word[:60]}: should be a number") from error
-
-
-def _scored(rows: list[tuple[int, list[str]]]) -> bool:
-    return bool(rows) and len(rows[0][1]) == len(FIELDS)

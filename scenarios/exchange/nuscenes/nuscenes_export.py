@@ -24,7 +24,7 @@ import pandas as pd
 
 from luxloop.scenarios.arrays import Floats32
 from luxloop.scenarios.exchange.exported_run import cloud, confirmed_tracks
-from luxloop.scenarios.grading.ownership import points_of_actors
+from luxloop.scenarios.grading.frame_truth import points_of_actors
 from luxloop.scenarios.offline.recorded_scans import TRACK_HEIGHT_M, RecordedRun
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Actors, Kind, Mode, WorldFrame

@@ -260,7 +260,7 @@ def read_tables(path: Path) -> BoxTable:
         z_m=np.array([found.z_m for found in solids.values()]),
         height_m=np.array([found.height_m for found in solids.values()]),
         points=_points(file, rows),
-        kind=_token_texts([CLASSES.get(kind[instance], "") for instance in linked["instance"].values()]),
+        kind=np.array([CLASSES.get(kind[instance], "") for instance in linked["instance"].values()], np.str_),
     )
     place = [f"annotation {token}" for token in rows]
     whole = checked(table, place.__getitem__)
@@ -280,10 +280,6 @@ def _tracked(table: BoxTable) -> Bools:
     kind = table.kind
     assert kind is not None
     return np.array([name != "" for name in kind.tolist()], np.bool_)
-
-
-def _token_texts(values: list[str]) -> Texts:
-    return np.array(values, np.str_)
 
 
 def read_table(path: Path) -> dict[str, Row]:

@@ -51,7 +51,7 @@ from luxloop.scenarios.exchange.osi.osi_values import (
     vector,
     version,
 )
-from luxloop.scenarios.grading.ownership import points_of_actors
+from luxloop.scenarios.grading.frame_truth import points_of_actors
 from luxloop.scenarios.grading.plane_geometry import into_frame, turned
 from luxloop.scenarios.offline.recorded_scans import TRACK_HEIGHT_M, RecordedRun
 from luxloop.sensor_model.rig.beams import UnitTable, unit_table

@@ -352,7 +352,7 @@ class EventLog:
             extremes={
                 "acceleration_max_mps2": acceleration,
                 "jerk_max_mps3": jerk,
-                "overlap_max_m2": _largest(pairs),
+                "overlap_max_m2": float(pairs.area.max()) if len(pairs.area) else 0.0,
             },
         )
 
@@ -372,7 +372,3 @@ class EventLog:
         away = np.hypot(offset[:, 0], offset[:, 1])
         seen = np.append(False, (truth.hits > 0) & (truth.visible_fraction > self._hidden))
         return seen & (away <= self._range)
-
-
-def _largest(pairs: Overlaps) -> float:
-    return float(pairs.area.max()) if len(pairs.area) else 0.0

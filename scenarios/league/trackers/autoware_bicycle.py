@@ -1,4 +1,4 @@
-"""Autoware's rule for rectangles in the shipped detector, and an extended Kalman filter of a two-axle state."""
+"""Autoware's rule for rectangles, and an extended Kalman filter of a two-axle state."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,41 +6,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from luxloop.scenarios.league.trackers.autoware_fits import AutowareDetector
 from luxloop.scenarios.league.trackers.bicycle_filter import BicycleFilter
 from luxloop.scenarios.league.trackers.track_book import TrackBook
 from luxloop.scenarios.league.trackers.vehicle_boxes import MakeDetector, Readings, VehicleBoxes
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.detection.baselines import autoware
-from luxloop.tracker.detection.detector import Detector
-from luxloop.tracker.detection.rectangles import measure
-from luxloop.tracker.geometry import fold
-from luxloop.tracker.records import Candidates, Linkage, SegmentedPoints, Tracks
+from luxloop.tracker.arrays import Floats
+from luxloop.tracker.records import Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
-
-POINTS_MAX = 400
-"""Largest number of points of a fit, evenly chosen."""
-
-
-class AutowareDetector(Detector):
-    """The shipped detector with another fit."""
-
-    def fit(self, points: SegmentedPoints, linkage: Linkage) -> Candidates:
-        """Fit one rectangle to every segment; its sides are measured on the points on lines, as for all methods."""
-        count = points.segments.count
-        parts = np.split(points.xy, points.offset[1:-1]) if count else []
-        angles = [autoware(part[_even(len(part))]) for part in parts]
-        heading = fold(np.reshape(angles, (-1, 1)).astype(np.float64))
-        center, size = measure(points, linkage, heading, self.config.lidar.range_std_m)
-        best = np.zeros(count, dtype=np.int64)
-        return Candidates(heading, center, size, np.zeros_like(heading), best)
-
-
-def _even(count: int) -> Ints:
-    """Return the indices of at most `POINTS_MAX` of `count` points."""
-    kept = min(count, POINTS_MAX)
-    return np.arange(kept) * count // max(kept, 1)
-
 
 BEYOND = 1e3
 """Cost of a pair outside the gate."""

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Floats
-from luxloop.scenarios.grading.ownership import points_of_actors
+from luxloop.scenarios.grading.frame_truth import points_of_actors
 from luxloop.scenarios.grading.plane_geometry import into_frame, turned
 from luxloop.scenarios.offline.mcap.messages import MAP, Box, Color, Message, header, planar_pose, vector
 from luxloop.scenarios.offline.recorded_scans import TRACK_HEIGHT_M

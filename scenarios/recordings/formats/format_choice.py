@@ -8,8 +8,8 @@ from typing import Protocol
 
 from luxloop.plugins import formats_that
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.files.format_option import format_named
 from luxloop.scenarios.files.input_file import require_plain
+from luxloop.scenarios.files.option_values import format_named
 from luxloop.scenarios.recordings.sweep import RecordingSource
 
 

@@ -150,7 +150,7 @@ def test_report_with_another_ending_is_refused_before_anything_is_written(files,
     assert (out, err.count("\n")) == ("", 1)
     assert "a.pdf: give a name that ends in .html or .md, or a folder for both" in err
     assert main(["compare", *files, "--report", str(Path(files[0]) / "a.md")]) == 2
-    assert "choose another file with --report" in capsys.readouterr().err
+    assert "choose another path with --report" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["base.jsonl", "head.jsonl"]
 
 

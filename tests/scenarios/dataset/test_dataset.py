@@ -188,7 +188,7 @@ def test_the_command_line_writes_the_data_set(tmp_path, monkeypatch, capfd):
 @pytest.mark.parametrize(
     ("target", "message"),
     [
-        ("there", "already exists; choose a new folder with --dataset"),
+        ("there", "already exists; choose another folder with --dataset"),
         ("there/file", "already exists"),
         ("there/file/set", "cannot write there"),
         ("runs/here", "is inside the folder of the run"),

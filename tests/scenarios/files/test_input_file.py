@@ -17,7 +17,7 @@ from luxloop.scenarios.recordings.formats.format_choice import require_bytes
 from luxloop.sensor_model.rig import toml_table
 
 READERS = {
-    "scenario": input_file.read,
+    "scenario": input_file.read_toml,
     "rig": toml_table.read_table,
     "baseline": baseline_file.read,
     "boxes": lambda path: file_formats.read(path, "truth"),

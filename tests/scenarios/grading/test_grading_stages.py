@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from support import naive_grading as naive
 from support.frames import Body, Scripted, observe, trace_of, world_frame
 
+from luxloop.scenarios.grading.frame_truth import NO_ACTOR_ROW, Ownership, point_rows
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
 from luxloop.sensor_model.truth import NO_ACTOR, Cause
 from luxloop.sim.world import Kind
 from luxloop.tracker.records import Segments

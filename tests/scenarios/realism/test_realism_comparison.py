@@ -9,8 +9,8 @@ from support.labelled_shapes import rear, vehicle
 
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.realism import realism_comparison
-from luxloop.scenarios.realism.compared_figures import FIGURES, ComparedRow, Summary, summarise
 from luxloop.scenarios.realism.real_table import BANDS
+from luxloop.scenarios.realism.realism_comparison import FIGURES, ComparedRow, Summary, summarise
 
 BY_NAME = {figure.name: figure for figure in FIGURES}
 VIEWS = st.lists(st.tuples(st.floats(4.0, 50.0), st.floats(0.0, 90.0), st.booleans()), min_size=1, max_size=12)

@@ -9,8 +9,8 @@ from support.paths import DOCS, EXAMPLES
 
 from luxloop.scenarios.cli import app
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.realism.compared_figures import FIGURES
 from luxloop.scenarios.realism.real_table import BANDS, VIEW
+from luxloop.scenarios.realism.realism_comparison import FIGURES
 
 PAGE = DOCS / "realism.md"
 

@@ -34,7 +34,7 @@ def recording(request, tmp_path_factory):
 def test_scans_have_the_times_and_poses_of_the_drive(recording):
     assert len(recording) == drive.SCANS
     assert recording.time_s == pytest.approx(np.arange(drive.SCANS) / drive.RATE_HZ, abs=1e-6)
-    poses = np.array([scan.ego_pose_odom for scan in recording.scans()])
+    poses = np.array([scan.ego_pose_odom for _, scan, _ in recording.frames()])
     assert poses[:, 0] == pytest.approx(drive.EGO_MPS * recording.time_s, abs=1e-6)
     assert poses[:, 1:] == pytest.approx(np.zeros((drive.SCANS, 2)), abs=1e-9)
 

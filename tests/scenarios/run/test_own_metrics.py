@@ -13,7 +13,7 @@ from support.paths import without_checkouts
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import MetricError, ScenarioError, StudyError
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.grading import given_figures
+from luxloop.scenarios.grading import figures
 from luxloop.scenarios.metrics.own_metric import OwnMetric
 from luxloop.scenarios.report.text import as_text, report
 from luxloop.scenarios.run import child_process, own_metrics
@@ -111,7 +111,7 @@ def test_a_name_chooses_one_actor():
     result = short_run.result()
     tables = result.tables
     first, second = pd.unique(tables["truth"]["name"])[:2]
-    one = given_figures.restricted(result.metrics.run, {"actor": first}).tables
+    one = figures.restricted(result.metrics.run, {"actor": first}).tables
     assert set(one["truth"].loc[one["truth"]["graded"], "name"]) == {first}
     assert second not in set(one["emergence"]["name"])
     assert len(one["fits"]) < len(tables["fits"])

@@ -20,6 +20,7 @@ from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import OutputError, StudyError
 from luxloop.scenarios.run import device, run_folder
 from luxloop.scenarios.search.adversary import RUN, search
+from luxloop.scenarios.search.evaluator import TrialOptions
 from luxloop.scenarios.study.row_store import ROWS, RowStore, as_text
 from luxloop.scenarios.study.study_file import Study
 
@@ -100,7 +101,7 @@ def test_the_scenario_file_reproduces_the_failure_at_its_end(found_in, tmp_path,
 @pytest.mark.slow
 def test_two_workers_find_the_same_as_one(found_in, tmp_path):
     """Fails if proposals depend on the worker or on the order of completion."""
-    search(Study.load(crossing_ids.write(found_in.parent)), crossing_ids.SPEC, tmp_path, print, workers=2)
+    search(Study.load(crossing_ids.write(found_in.parent)), crossing_ids.SPEC, tmp_path, print, TrialOptions(workers=2))
     assert (tmp_path / "planted.toml").read_text() == (found_in / "planted.toml").read_text()
     assert sorted(stored(tmp_path).items()) == sorted(stored(found_in).items())
     tables = [pd.read_parquet(folder / "runs.parquet") for folder in (tmp_path, found_in)]
@@ -252,7 +253,7 @@ def test_evaluations_with_errors_are_reused_unless_they_are_retried(tmp_path):
         rows.add([as_text(row | {"error": "no memory"}) for row in list(rows.rows())[1:]])
     for retry, again, errors in ((False, False, 3), (True, True, 0), (True, False, 0)):
         lines = []
-        assert search(study, tracker, out, lines.append, retry_errors=retry) is None
+        assert search(study, tracker, out, lines.append, TrialOptions(retry_errors=retry)) is None
         with RowStore.opened(out) as rows:
             assert [row["error"] for row in rows.facts()].count("no memory") == errors
         assert len(stored(out)) == 4

@@ -13,6 +13,7 @@ from support.sweeps import stored
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.run import device
+from luxloop.scenarios.search.evaluator import TrialOptions
 from luxloop.scenarios.search.thresholds import thresholds
 from luxloop.scenarios.study.row_store import RowStore, as_text
 from luxloop.scenarios.study.study_file import Study
@@ -73,7 +74,7 @@ def test_runs_with_errors_are_run_again_only_if_asked(found, tmp_path):
         died = {"track.occlusion_survival": None, "status": "error", "error": "worker died"}
         copy.add([as_text(row | died if n < 2 else row) for n, row in enumerate(first)])
     loaded = Study.load(study)
-    settings = thresholds(loaded, short_memory.SPEC, tmp_path, lambda _: None, retry_errors=True)
+    settings = thresholds(loaded, short_memory.SPEC, tmp_path, lambda _: None, TrialOptions(retry_errors=True))
     assert [setting.trials[0].outcome for setting in settings] == [row["track.occlusion_survival"] for row in first[:2]]
     assert stored(tmp_path) == stored(out)
 
