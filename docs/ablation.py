@@ -46,6 +46,8 @@ CAUSE_OF = {
     "outliers": Cause.RANGE_OUTLIER,
     "false_alarms": Cause.FALSE_ALARM,
     "rain": Cause.RAIN,
+    "snow": Cause.SNOW,
+    "fog": Cause.FOG,
 }
 """Cause of the points that a kind of noise adds or moves."""
 AROUND_M = 1.0
