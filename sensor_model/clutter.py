@@ -1,4 +1,4 @@
-"""Clutter of a run: ghosts, false alarms, rain and spray, merged with the returns of surfaces."""
+"""Clutter of a run: ghosts, false alarms and weather, merged with the returns of surfaces."""
 
 from functools import partial
 
@@ -8,10 +8,12 @@ from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.bodies.walls import Walls
 from luxloop.sensor_model.noise.clutter_mixing import Clutter, merge
 from luxloop.sensor_model.noise.false_alarms import false_alarms
+from luxloop.sensor_model.noise.fog import FogEchoes
 from luxloop.sensor_model.noise.ghosts import Mirrors
 from luxloop.sensor_model.noise.noise_config import NoiseConfig
 from luxloop.sensor_model.noise.rain import drops
 from luxloop.sensor_model.noise.random_draws import Draws
+from luxloop.sensor_model.noise.snow import flakes
 from luxloop.sensor_model.noise.spray import clusters, spray_echoes
 from luxloop.sensor_model.noise.thresholds import Thresholds
 from luxloop.sensor_model.raycaster import Echoes, Raycaster
@@ -22,7 +24,7 @@ from luxloop.sim.world import WorldFrame
 
 
 class ClutterSources:
-    """Sources of clutter in a run: ghosts, false alarms, rain and spray."""
+    """Sources of clutter in a run: ghosts, false alarms, rain, spray, snow and fog."""
 
     def __init__(self, noise: NoiseConfig, beams: BeamTable, caster: Raycaster, draws: Draws) -> None:
         self._noise = noise
@@ -30,12 +32,14 @@ class ClutterSources:
         self._caster = caster
         self._draws = draws
         self._mirrors = Mirrors(noise.ghost, beams)
+        self._fog = FogEchoes(noise.fog, beams) if noise.fog.enabled else None
         self._unlimited = np.full(len(beams), np.inf)
 
     @property
     def needs_free_range(self) -> bool:
-        """True if the free range of beams is thresholds, because surfaces occlude droplets."""
-        return self._noise.rain.enabled or self._noise.spray.enabled
+        """True if the free range of beams is needed, because surfaces occlude droplets."""
+        noise = self._noise
+        return noise.rain.enabled or noise.spray.enabled or noise.snow.enabled or noise.fog.enabled
 
     def add(
         self, returns: Returns, echoes: Echoes, bodies: Bodies, walls: Walls, context: ScanContext,
@@ -55,5 +59,9 @@ class ClutterSources:
         if noise.spray.enabled:
             cloud = clusters(noise.spray, bodies, frame.actors.name, draws, frame.time)
             clutter.append(spray_echoes(noise.spray, cloud, context, time, beams, thresholds, draws))
+        if noise.snow.enabled:
+            clutter.append(flakes(noise.snow, beams, thresholds, draws, frame.index))
+        if self._fog is not None:
+            clutter.append(self._fog.draw(thresholds, draws, frame.index))
         free_range = echoes.free_range if self.needs_free_range else self._unlimited
         return merge(returns, clutter, free_range, beams)

@@ -9,12 +9,12 @@ from luxloop.sensor_model.bodies.tilt import tilt_rotations
 from luxloop.sensor_model.bodies.walls import NearbyWalls, walls_of
 from luxloop.sensor_model.clutter import ClutterSources
 from luxloop.sensor_model.ground import UnevenGround
+from luxloop.sensor_model.noise import fog, rain, snow
 from luxloop.sensor_model.noise.attitude import Attitude
 from luxloop.sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
 from luxloop.sensor_model.noise.detection import DetectionThresholds, loss_causes
 from luxloop.sensor_model.noise.false_alarms import wrong_flags
 from luxloop.sensor_model.noise.noise_config import NoiseConfig
-from luxloop.sensor_model.noise.rain import extinction
 from luxloop.sensor_model.noise.random_draws import Draws
 from luxloop.sensor_model.noise.ranging import MeasuredRanges, echo_places, measure_ranges, measure_widths
 from luxloop.sensor_model.noise.thresholds import Thresholds
@@ -61,6 +61,7 @@ class Lidar:
     def __init__(self, rig: Rig, noise: NoiseConfig, sensor: SensorConfig, seed: int, obstacles: Obstacles) -> None:
         self.beams = beam_table(rig)
         self._noise = noise
+        self._extinction = rain.extinction(noise.rain) + snow.extinction(noise.snow) + fog.extinction(noise.fog)
         self._sweep = sensor.sweep
         self._relief_scale = sensor.relief_scale
         self._time_offset = self.beams.time_offset * sensor.sweep
@@ -112,7 +113,7 @@ class Lidar:
             ego_acceleration=acceleration,
             ego_yaw_rate=yaw_rate,
             threshold=thresholds.threshold,
-            extinction=extinction(self._noise.rain),
+            extinction=self._extinction,
             ground=self._ground.seen_from(frame.ego),
         )
 

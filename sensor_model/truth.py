@@ -26,7 +26,7 @@ class Part(IntEnum):
     INTERIOR = 7
     """Interior behind a pane."""
     DROPLET = 8
-    """Rain or spray."""
+    """Rain, spray, snow or fog."""
 
 
 class Cause(IntEnum):
@@ -49,9 +49,13 @@ class Cause(IntEnum):
     """On a raindrop."""
     SPRAY = 8
     """On spray of a vehicle."""
+    SNOW = 9
+    """On a snowflake."""
+    FOG = 10
+    """On fog."""
 
 
-ON_NOTHING = (Cause.GHOST, Cause.FALSE_ALARM, Cause.RAIN, Cause.SPRAY)
+ON_NOTHING = (Cause.GHOST, Cause.FALSE_ALARM, Cause.RAIN, Cause.SPRAY, Cause.SNOW, Cause.FOG)
 """Causes of points that lie neither on an actor nor on an obstacle."""
 
 
@@ -68,8 +72,8 @@ class Loss(IntEnum):
     """Attenuation by dirt on the unit's window."""
     SUN = 4
     """Reduced sensitivity by sun glare."""
-    RAIN = 5
-    """Attenuation by rain."""
+    AIR = 5
+    """Attenuation by rain, snow or fog."""
     TOO_NEAR = 6
     """All hits are nearer than the minimum range of the unit."""
 

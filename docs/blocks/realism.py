@@ -9,9 +9,9 @@ from typing import Any
 import pandas as pd
 from blocks import commands, stamps
 
-from luxloop.scenarios.realism import labelled_recording, vehicle_figures
-from luxloop.scenarios.realism.compared_figures import FIGURES, Figure, bow_figure
+from luxloop.scenarios.realism import fit_observations, vehicle_figures
 from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle
+from luxloop.scenarios.realism.realism_comparison import FIGURES, Figure, bow_figure
 
 PICTURES = Path(__file__).parents[1] / "pictures"
 EXAMPLES = Path(__file__).parents[1] / "examples" / "bumper"
@@ -25,7 +25,7 @@ Json = dict[str, Any]
 def street() -> list[LabelledVehicle]:
     """Return the vehicles of 3.8 s of PandaSet's scene 002, cut to four layers at bumper height."""
     folder = commands.real("street")
-    found = labelled_recording.read(folder, folder / "bumper_points.parquet", 0)
+    found = fit_observations.read(folder, folder / "bumper_points.parquet", 0)
     return [one for one in found if len(one.line) >= POINTS_MIN and one.seen_from_outside]
 
 

@@ -23,7 +23,7 @@ LOSS_COLORS = {
     Loss.OUTAGE: "tab:red",
     Loss.DIRT: "tab:brown",
     Loss.SUN: "goldenrod",
-    Loss.RAIN: "royalblue",
+    Loss.AIR: "royalblue",
 }
 SUN_DEG = 30.0
 

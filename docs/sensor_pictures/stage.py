@@ -51,6 +51,8 @@ CAUSE_COLORS = {
     Cause.FALSE_ALARM: "tab:olive",
     Cause.RAIN: "royalblue",
     Cause.SPRAY: "tab:cyan",
+    Cause.SNOW: "lightskyblue",
+    Cause.FOG: "silver",
 }
 _CORNERS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
 

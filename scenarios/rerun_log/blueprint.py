@@ -40,6 +40,8 @@ CAUSES = {
     Cause.FALSE_ALARM: (200, 30, 90),
     Cause.RAIN: (120, 220, 220),
     Cause.SPRAY: (150, 190, 190),
+    Cause.SNOW: (215, 235, 255),
+    Cause.FOG: (165, 165, 175),
 }
 SHORT_NAMES = {"stationary": "st", "cv": "cv", "ca": "ca", "ctrv": "ctrv", "ctra": "ctra", "two-axle": "2ax"}
 """Short names of motion models, beside a track's id."""

@@ -93,14 +93,14 @@ def loss_causes(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_powe
 
     The nominal threshold has priority: an echo too weak for a clean, shaded, working unit in dry air is lost to it.
     Otherwise the cause is the effect without which there would have been an echo, in this order: outage, random loss,
-    rain, dirt, sun. If only dirt and sun together suppress the echo, the stronger of them is the cause.
+    rain, snow or fog, dirt, sun. If only dirt and sun together suppress the echo, the stronger of them is the cause.
 
     Parameters
     ----------
     beam
         (L,) rows of the beam table.
     peak_power, dry_power
-        (L,) highest power returned, and the same without rain [1/m^2].
+        (L,) highest power returned, and the same in clear air [1/m^2].
 
     Returns
     -------
@@ -112,7 +112,7 @@ def loss_causes(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_powe
         in_shade = peak_power >= nominal / transmission
     cleaned = peak_power >= nominal / gain
     loss = np.where(cleaned | (~in_shade & (transmission <= gain)), np.uint8(Loss.DIRT), np.uint8(Loss.SUN))
-    loss = np.where(dry_power >= thresholds.threshold.take(beam), np.uint8(Loss.RAIN), loss)
+    loss = np.where(dry_power >= thresholds.threshold.take(beam), np.uint8(Loss.AIR), loss)
     loss = np.where(blind != Loss.THRESHOLD, blind, loss)
     return np.where(dry_power < nominal, np.uint8(Loss.THRESHOLD), loss)
 

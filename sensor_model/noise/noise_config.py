@@ -7,12 +7,14 @@ from luxloop.sensor_model.noise.calibration import CalibrationError
 from luxloop.sensor_model.noise.dirt import Dirt, DirtSector
 from luxloop.sensor_model.noise.dropout import Dropout
 from luxloop.sensor_model.noise.false_alarms import FalseAlarms
+from luxloop.sensor_model.noise.fog import Fog
 from luxloop.sensor_model.noise.ghosts import Ghost
 from luxloop.sensor_model.noise.odometry_drift import OdometryNoise
 from luxloop.sensor_model.noise.outage import FixedOutage, Outage
 from luxloop.sensor_model.noise.outliers import Outliers
 from luxloop.sensor_model.noise.rain import Rain
 from luxloop.sensor_model.noise.range_error import RangeNoise
+from luxloop.sensor_model.noise.snow import Snow
 from luxloop.sensor_model.noise.spray import Spray
 from luxloop.sensor_model.noise.sun import Sun
 
@@ -25,6 +27,7 @@ __all__ = [
     "Dropout",
     "FalseAlarms",
     "FixedOutage",
+    "Fog",
     "Ghost",
     "LayerOverlap",
     "MirrorNoise",
@@ -34,6 +37,7 @@ __all__ = [
     "Outliers",
     "Rain",
     "RangeNoise",
+    "Snow",
     "Spray",
     "Sun",
 ]
@@ -84,6 +88,8 @@ class NoiseConfig:
     false_alarms: FalseAlarms = field(default_factory=FalseAlarms)
     rain: Rain = field(default_factory=Rain)
     spray: Spray = field(default_factory=Spray)
+    snow: Snow = field(default_factory=Snow)
+    fog: Fog = field(default_factory=Fog)
 
     def __post_init__(self) -> None:
         if not self.ideal:

@@ -26,7 +26,7 @@ class Rain:
     """
 
     enabled: bool = False
-    """If false, the air is dry."""
+    """If false, no rain falls."""
     rate_mm_per_h: float = 10.0
     """[mm/h] Rainfall: 2.5 is light, 10 heavy, 50 violent."""
     drops_per_mm_per_h: float = 1.69e-4
@@ -63,13 +63,39 @@ def extinction(config: Rain) -> float:
     """
     if not config.enabled:
         return 0.0
-    return float(1.076 * config.rate_mm_per_h**0.67 / (_DB_PER_NEPER * _M_PER_KM))
+    return per_metre(1.076 * config.rate_mm_per_h**0.67)
+
+
+def per_metre(db_per_km: float) -> float:
+    """Convert an attenuation of power [dB/km] to an extinction coefficient [1/m]."""
+    return float(db_per_km / (_DB_PER_NEPER * _M_PER_KM))
 
 
 def drops(config: Rain, beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int) -> Clutter:
     """Draw the drops that give an echo in a frame; their ranges are lognormal."""
     rate = config.drops_per_mm_per_h * config.rate_mm_per_h
-    beam: Ints = rare_beams(draws.key, frame, int(Purpose.RAIN), unit_beams(beams), rate)
-    log_range = config.range_log_mean + config.range_log_sigma * draws.normal(frame, beam, Purpose.RAIN_RANGE)
-    chance = draws.uniform(frame, beam, Purpose.RAIN_LABEL)
-    return droplets(beam, np.exp(log_range), Cause.RAIN, config.labelled, chance, beams, thresholds)
+    log_range = (config.range_log_mean, config.range_log_sigma)
+    purposes = (Purpose.RAIN, Purpose.RAIN_RANGE, Purpose.RAIN_LABEL)
+    return falling_echoes(rate, log_range, Cause.RAIN, config.labelled, purposes, beams, thresholds, draws, frame)
+
+
+def falling_echoes(
+    rate: float, log_range: tuple[float, float], cause: Cause, labelled: float,
+    purposes: tuple[Purpose, Purpose, Purpose], beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int,
+) -> Clutter:  # fmt: skip
+    """Draw the echoes of drops or flakes in a frame; their ranges are lognormal.
+
+    Parameters
+    ----------
+    rate
+        Share of the beams with an echo, in a clean and working unit.
+    log_range
+        Mean and standard deviation of the natural logarithm of the range in metres.
+    labelled
+        Share of the echoes that the unit flags as clutter.
+    purposes
+        Purposes of the draws of beams, ranges, and labels with powers.
+    """
+    beam: Ints = rare_beams(draws.key, frame, int(purposes[0]), unit_beams(beams), rate)
+    range_ = np.exp(log_range[0] + log_range[1] * draws.normal(frame, beam, purposes[1]))
+    return droplets(beam, range_, cause, labelled, draws.uniform(frame, beam, purposes[2]), beams, thresholds)

@@ -44,6 +44,11 @@ class Purpose(IntEnum):
     PULSE_WIDTH = 21
     CLUTTER_FLAG = 22
     FALSE_ALARM_POWER = 23
+    SNOW = 24
+    SNOW_RANGE = 25
+    SNOW_LABEL = 26
+    FOG = 27
+    FOG_LABEL = 28
 
 
 class Draws:

@@ -350,7 +350,7 @@ def test_time_offsets_are_those_of_the_beams():
 def test_beams_without_a_hit_give_no_point():
     """Another simulator made points of range noise on misses (drcsim#288). Only false alarms and droplets give points
     without a surface."""
-    with_air = {"false_alarms", "rain", "spray"}
+    with_air = {"false_alarms", "rain", "spray", "snow", "fog"}
     empty, truth = scan(noise=noise_with(*(set(KINDS) - with_air - GEOMETRY)))
     layer = beam_table(LUX_RIG).layer
     assert len(empty) == 0

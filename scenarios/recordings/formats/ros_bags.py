@@ -5,9 +5,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from luxloop.scenarios.files.plain_file import require_plain
-
 from luxloop.scenarios.errors import InputError
+from luxloop.scenarios.files.input_file import require_plain
 from luxloop.scenarios.offline.mcap.chunks import require_chunks
 from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.formats.ros_topics import NANOSECONDS, RosTopics

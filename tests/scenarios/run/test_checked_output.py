@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.frames import Body, Scripted, follow, grade_run, observe, trace_of, tracks_of, world_frame
 
-from luxloop.scenarios.run.checked_output import BrokenOutputError, OutputCheck
+from luxloop.scenarios.run.output_checks import BrokenOutputError, OutputCheck
 from luxloop.scenarios.run.record_messages import HEAD, decode, encode
 
 BODIES = [Body(1, 12.0, 3.0), Body(2, 20.0, -4.0)]

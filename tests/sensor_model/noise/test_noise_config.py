@@ -21,7 +21,7 @@ def enabled(config):
 def test_defaults_are_a_healthy_rig_and_car_on_a_dry_day():
     on = {"range", "dropout", "mirror", "ghost", "layer_overlap", "false_alarms"} | CAR
     assert enabled(NoiseConfig()) == on
-    assert set(KINDS) - on == {"outage", "dirt", "sun", "outliers", "rain", "spray"}
+    assert set(KINDS) - on == {"outage", "dirt", "sun", "outliers", "rain", "spray", "snow", "fog"}
 
 
 def test_an_ideal_car_has_no_errors_of_its_own():
@@ -94,6 +94,10 @@ def test_tables_that_are_given_override_ideal():
         (noise.Spray, {"echo_share": 0.0}, "echo_share = 0.0: must be above 0 and at most 1"),
         (noise.Spray, {"reach_m": INF}, "reach_m = inf: must be above 0 and at most 200"),
         (noise.Spray, {"labelled": -1.0}, "labelled = -1.0: must be from 0 to 1"),
+        (noise.Snow, {"rate_mm_per_h": 10.1}, "rate_mm_per_h = 10.1: must be above 0 and at most 10"),
+        (noise.Snow, {"labelled": NAN}, "labelled = nan: must be from 0 to 1"),
+        (noise.Fog, {"visibility_m": 19.9}, "visibility_m = 19.9: must be from 20 to 10000"),
+        (noise.Fog, {"labelled": 1.1}, "labelled = 1.1: must be from 0 to 1"),
     ],
 )
 def test_value_out_of_range_is_refused(kind, values, pattern):

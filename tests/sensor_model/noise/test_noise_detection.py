@@ -130,8 +130,8 @@ def test_cause_of_loss_follows_the_order_of_priority():
         (Loss.THRESHOLD, 0.5, 1.0, 5.0, 5.0, Loss.DIRT),
         (Loss.THRESHOLD, 0.0, 1.0, 1e9, 1e9, Loss.DIRT),
         (Loss.THRESHOLD, 1.0, 0.5, 5.0, 5.0, Loss.SUN),
-        (Loss.THRESHOLD, 1.0, 1.0, 3.0, 5.0, Loss.RAIN),
-        (Loss.THRESHOLD, 0.5, 1.0, 5.0, 9.0, Loss.RAIN),  # detected with dirt alone
+        (Loss.THRESHOLD, 1.0, 1.0, 3.0, 5.0, Loss.AIR),
+        (Loss.THRESHOLD, 0.5, 1.0, 5.0, 9.0, Loss.AIR),  # detected with dirt alone
         (Loss.THRESHOLD, 0.5, 1.0, 3.0, 5.0, Loss.DIRT),  # also lost with rain alone, but dirt has priority
         (Loss.OUTAGE, 1.0, 1.0, 3.0, 5.0, Loss.OUTAGE),
         # Dirt and sun: clean 4 / gain, shaded 4 / transmission are the thresholds; both together need more.

@@ -53,6 +53,7 @@ def all_noise():
         false_alarms=replace(config.false_alarms, rate=0.2),
         rain=replace(config.rain, rate_mm_per_h=100.0, drops_per_mm_per_h=2e-3),
         spray=replace(config.spray, echo_share=1.0),
+        fog=replace(config.fog, visibility_m=50.0),
         outage=replace(config.outage, mean_uptime_s=1e9),
     )
 
