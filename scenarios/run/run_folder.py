@@ -214,6 +214,8 @@ KEYS = {
     "fits": ["frame", "actor_id", "method"],
 }
 """Columns whose values together name one row of a table."""
+MEASURED = {"fits": ("heading_error_deg", "position_error_m", "oracle")}
+"""Columns that grading adds to those of the schema, and that pages need."""
 DTYPE_KINDS = {np.int64: "iu", np.float64: "fiu", np.bool_: "b"}
 """Kinds of dtype by the type of a column."""
 
@@ -227,7 +229,7 @@ def require_table(name: str, table: pd.DataFrame) -> None:
         A column is missing or has another type, a number is one that no run has, or a row occurs twice.
     """
     schema = SCHEMAS.get(name, {})
-    known = {"frame", *schema} if schema else set()
+    known = {"frame", *schema, *MEASURED.get(name, ())} if schema else set()
     if missing := sorted(known - set(table.columns) - set(ADDED.get(name, ()))):
         raise ValueError(f"column {missing[0]} of {name} is missing")
     if not table.columns.is_unique:

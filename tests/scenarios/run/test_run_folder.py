@@ -274,6 +274,12 @@ def test_a_row_that_occurs_twice_is_damage(table, keys):
         run_folder.require_table(table, pd.concat([rows, rows.iloc[-1:]]))
 
 
+@pytest.mark.parametrize("column", run_folder.MEASURED["fits"])
+def test_fits_without_their_errors_are_damage(column):
+    with pytest.raises(ValueError, match=f"column {column} of fits is missing"):
+        run_folder.require_table("fits", short_run.result().tables["fits"].drop(columns=column))
+
+
 @pytest.mark.parametrize("name", ["../../street", "/tmp/street", "a/b", "..", "street\0"])
 def test_the_name_of_a_scenario_never_leads_out_of_a_folder(name, tmp_path):
     """Exporters and figures of a stranger's run make files of this name."""
