@@ -1,6 +1,6 @@
 """Plug-ins: kinds of traffic, file formats and trackers that packages register by entry points, as luxloop itself does.
 
-`docs/own-tracker.md` tells how to write one.
+`docs/own-tracker.md` says how to write one.
 """
 
 import sys

@@ -30,7 +30,7 @@ Runs = Union[str, Path, "Result", Iterable[Union[str, Path, "Result"]]]
 STATED_LOSS = 0.02
 """`luxloop.scenarios.compare.comparison.STATED_LOSS`, whose import is slower than the help."""
 STEP_TIMEOUT_S = 60.0
-"""`luxloop.scenarios.run.process_tracker.STEP_TIMEOUT_S`, likewise."""
+"""`luxloop.scenarios.run.process_tracker.STEP_TIMEOUT_S`, without its import."""
 
 
 def run(

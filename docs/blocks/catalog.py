@@ -22,7 +22,7 @@ class Block:
     maker: str
     """`MODULE:FUNCTION` below blocks; it gets the name of the block and returns its text, or None for new pictures."""
     command: str = ""
-    """How a reader gets the same."""
+    """Command by which a reader gets the same."""
     runs: tuple[str, ...] = ()
     """Scenarios of the catalog whose trace hashes date the block, or `CATALOG`; none for what code determines."""
     cheap: bool = False

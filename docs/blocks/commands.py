@@ -18,7 +18,7 @@ WIDTH = "110"
 
 
 class Missing(Exception):
-    """What a block needs is not on this machine."""
+    """A need of a block is not on this machine."""
 
 
 @cache

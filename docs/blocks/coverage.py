@@ -1,4 +1,4 @@
-"""How often intervals of few seeds and vehicles contain the true figure.
+"""Coverage of the true figure by intervals of few seeds and vehicles.
 
     luxloop sweep docs/seed_figures/standing.toml --out sweeps/standing     # 600 runs, 10 minutes on one core
     luxloop sweep docs/seed_figures/hidden.toml --out sweeps/hidden         # 160 runs, 8 minutes

@@ -1,4 +1,4 @@
-"""Where the paper's steps err, on simulated and on real vehicles: table and picture.
+"""Errors of the paper's steps on simulated and on real vehicles: table and picture.
 
 The first half of the drive of `paper-campus` is scanned with several bodies, into data sets in the folder `runs`,
 which are used again. The real vehicles are 3.8 s of scene 002 of PandaSet (CC BY 4.0, Scale AI and Hesai), cut to four

@@ -1,4 +1,4 @@
-"""What `luxloop run sumo-crossing` prints, and two trackers on one short scenario."""
+"""Output of `luxloop run sumo-crossing`, and of two trackers on one short scenario."""
 
 from pathlib import Path
 

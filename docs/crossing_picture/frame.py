@@ -1,4 +1,4 @@
-"""One picture of the animation: the map at the left, legend and close-up at the right."""
+"""Picture of the animation: the map at the left, legend and close-up at the right."""
 
 import io
 

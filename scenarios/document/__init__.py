@@ -1,1 +1,1 @@
-"""One model of every page: a document of sections, rendered for terminals, browsers, Markdown, LaTeX and JSON."""
+"""Model of every page: a document of sections, rendered for terminals, browsers, Markdown, LaTeX and JSON."""

@@ -151,7 +151,7 @@ class Check:
 
     @property
     def excess(self) -> float:
-        """How far the value is beyond the limits, in units of the tolerance of known failures; 0 without a value."""
+        """Distance of the value beyond the limits, in units of the tolerance of known failures; 0 without a value."""
         value, limit = self.metric.value, self.limit
         if value is None or self.holds:
             return 0.0

@@ -62,7 +62,7 @@ class RigChoice:
 
 
 class TrafficTable:
-    """Schema of `[traffic]`: one of the kinds that are in use, told apart by `kind`.
+    """Schema of `[traffic]`: one of the kinds that are in use, discriminated by `kind`.
 
     A kind of a plug-in comes into use when a file first names it, so that no other plug-in is imported.
     """

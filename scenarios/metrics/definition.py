@@ -17,7 +17,7 @@ from luxloop.sim.world import Kind
 Better = Literal["more", "less", ""]
 """Direction of improvement; empty for descriptions of the data and for errors with a sign."""
 Statistic = Literal["mean", "std", "rate", "median", "order_median", "p90", "order_p90", "given"]
-"""How the values of the rows become a figure.
+"""Reduction of the values of the rows to a figure.
 
 `mean` is the sum of `value` over that of `weight`, `std` the deviation divided by n. `rate` is a mean whose
 observations are those of `weight`. `median` and `p90` interpolate; `order_median` and `order_p90` are order
@@ -67,7 +67,7 @@ class MetricDefinition:
     name: str
     unit: str
     meaning: str
-    """One line."""
+    """A line."""
     kind: str
     """Kind of the observations."""
     value: str = ""

@@ -81,7 +81,7 @@ SHOWN_DIGITS = 3
 
 @dataclass(frozen=True, slots=True)
 class StageCost:
-    """What the errors of a stage cost in a metric: its improvement by the truth in the place of the stage."""
+    """Cost of the errors of a stage in a metric: its improvement by the truth in the place of the stage."""
 
     stage: Stage
     value: float

@@ -70,7 +70,7 @@ class SweepPlan:
     def _split(self, study: Study, tracker: str) -> tuple[list[int], list[int]]:
         """Return the numbers of the combinations that miss a row, and of those with rows for all seeds.
 
-        Only the scene tells whether such rows are up to date. Those scenes are built last: the first run of a resumed
+        Only the scene says whether such rows are up to date. Those scenes are built last: the first run of a resumed
         sweep does not wait for them.
         """
         rows = (row for row in self._earlier if not self._is_retried(row["status"]))

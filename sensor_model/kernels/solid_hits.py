@@ -149,7 +149,7 @@ def _cast_body(
                         enter_by_ray(facing, hidden, entry, entry_plane, leave, k, layer, slope, depth, plane)
                         farthest[layer] = depth[layer, 0]
                         if plane[layer, 0] != NONE and nearest < hit[INVERSE_DEPTH, k, layer, 0]:
-                            farthest[layer] = HIDDEN  # whatever solid it hits
+                            farthest[layer] = HIDDEN  # with any solid
                         continue
                     if refine:
                         entries, exits, most = keep_relevant(

@@ -116,7 +116,7 @@ def _read_requests(requests: "SimpleQueue[Any]", scratch: str) -> None:
 def _end(scratch: str) -> NoReturn:
     """End this process, whose parent is gone, and remove its temporary files.
 
-    The other thread may write files meanwhile, which makes a removal fail. It cannot make the folder anew.
+    The other thread may write files meanwhile, which makes a removal fail. It cannot make the folder again.
     """
     for _ in range(REMOVALS):
         shutil.rmtree(scratch, ignore_errors=True)

@@ -1,4 +1,4 @@
-"""Signals while pytest runs a scenario: its exit code, at whatever place of a tracker they arrive."""
+"""Signals while pytest runs a scenario: its exit code, at any place of a tracker."""
 
 import signal
 from pathlib import Path

@@ -176,7 +176,7 @@ def test_files_of_one_name_have_folders_of_their_own(suite, folder):
 
 
 def test_workers_and_order_change_no_trace(suite, tmp_path):
-    """One process, shuffled, in another folder: SUMO, highway-env and scripted traffic are bit-identical."""
+    """A single process, shuffled, in another folder: SUMO, highway-env and scripted traffic are bit-identical."""
     (write_suite(tmp_path) / "conftest.py").write_text(SHUFFLE)
     other = session(tmp_path, "-v")
     order = re.findall(r"^(\S+)::\S+ (?:PASSED|FAILED|XFAIL|XPASS) ", other.out, re.MULTILINE)

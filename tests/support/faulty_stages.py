@@ -75,7 +75,7 @@ class LongSizes(DefaultTrackManagement):
 
     def settle(self, tracks):
         super().settle(tracks)
-        tracks.size[tracks.updated, 0] += LONGER_M  # every update estimates the size anew
+        tracks.size[tracks.updated, 0] += LONGER_M  # every update estimates the size again
 
 
 def plant(fault):

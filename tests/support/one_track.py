@@ -1,4 +1,4 @@
-"""One track, fed with perfect or noisy observations of a known vehicle."""
+"""A track, fed with perfect or noisy observations of a known vehicle."""
 
 import numpy as np
 from support.seen import observe_boxes

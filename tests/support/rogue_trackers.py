@@ -168,10 +168,10 @@ def LeavesGrandchildAndHangs(_self, _scan):
 @rogue
 def LooksForTheScenario(self, _scan):
     """Raises if its folder, command line or environment, or those of its parent, name the scenario or a test."""
-    told = [str(Path.cwd()), *os.environ.values()]
-    told += [Path(f"/proc/{process}/cmdline").read_text() for process in ("self", os.getppid())]
-    if any("short" in text or "pytest" in text for text in told) or list(Path.cwd().iterdir()):
-        raise ValueError(f"found {told}")
+    seen = [str(Path.cwd()), *os.environ.values()]
+    seen += [Path(f"/proc/{process}/cmdline").read_text() for process in ("self", os.getppid())]
+    if any("short" in text or "pytest" in text for text in seen) or list(Path.cwd().iterdir()):
+        raise ValueError(f"found {seen}")
     return self.fine()
 
 

@@ -10,7 +10,7 @@ DT_S = 0.08
 
 
 class ScriptedDetector:
-    """Detector that returns given boxes by the index of the scan, whatever its points."""
+    """Detector that returns given boxes by the index of the scan, without its points."""
 
     def __init__(self, drive):
         self._drive, self._frame = drive, -1

@@ -107,7 +107,7 @@ def test_loss_in_a_scenario_with_few_vehicles_cannot_be_told_from_chance():
 
 
 def sums_of(errors):
-    """One vehicle per error; each was fitted in 10 frames."""
+    """A vehicle per error; each was fitted in 10 frames."""
     sums = np.zeros((len(errors), len(COLUMNS)))
     sums[:, COLUMNS.index("fitted")] = 10.0
     sums[:, COLUMNS.index("fit_heading_deg")] = errors

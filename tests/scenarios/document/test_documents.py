@@ -1,4 +1,4 @@
-"""One document in every format, by hand."""
+"""A document in every format, by hand."""
 
 import io
 import json

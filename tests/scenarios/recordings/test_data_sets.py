@@ -253,17 +253,17 @@ def test_kitti_s_oxts_and_calibration_place_sweeps_and_boxes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "remedy"),
     [
         (("--format", "kitti", "--mount", "0,0,1"), "no velodyne/0000 in it"),
         (("--format", "av2"), "no city_SE3_egovehicle.feather in it"),
         (("--format", "nuscenes"), "no sample_annotation.json in it"),
     ],
 )
-def test_a_folder_of_another_kind_is_refused_in_one_line(arguments, told, tmp_path, capsys):
+def test_a_folder_of_another_kind_is_refused_in_one_line(arguments, remedy, tmp_path, capsys):
     (tmp_path / "set").mkdir()
     assert main(["import", str(tmp_path / "set"), *arguments, "--out", str(tmp_path / "recorded")]) == 2
-    assert told in capsys.readouterr().err
+    assert remedy in capsys.readouterr().err
     assert not (tmp_path / "recorded").exists()
 
 

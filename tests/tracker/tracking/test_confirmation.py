@@ -33,7 +33,7 @@ FRONT_CUT, BOTH_CUT = (True, False, False, False), (True, False, True, False)
 
 
 class View(NamedTuple):
-    """One view of an object along x."""
+    """A view of an object along x."""
 
     size: np.ndarray
     whole: np.ndarray
