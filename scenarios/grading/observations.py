@@ -19,6 +19,7 @@ from luxloop.scenarios.grading.articulated import angles_of
 from luxloop.scenarios.grading.clear_table import HitStep, TrackingSequence, clear_hits, tracking_sequence
 from luxloop.scenarios.grading.frame_tables import models_of, rows_by_actor
 from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.grading.occlusions import occlusion_table
 from luxloop.scenarios.metrics.definition import BANDS, band
 from luxloop.scenarios.metrics.definitions import (
     CANDIDATES,
@@ -232,7 +233,9 @@ class RunObservations:
     @cached_property
     def occlusion(self) -> Observations:
         """A row per occlusion of a followed vehicle that is not longer than `memory_s`."""
-        rows = self.tables["occlusions"]
+        rows = self.tables.get("occlusions")
+        if rows is None:  # files of boxes and runs of earlier versions
+            rows = occlusion_table(self.tables["truth"], self.tables["tracks"], self.config)
         rows = rows[rows["gap_s"] <= self.config.memory_s]
         short = rows["gap_s"].to_numpy() <= SHORT_OCCLUSION_S
         return Observations(rows.assign(short=short), "", self._of_actor)

@@ -208,6 +208,11 @@ class Recording:
                 f"{out}: is the folder of the recording, inside it, or contains it; choose another with --out"
             )
 
+    def scans(self) -> Iterator[Scan]:
+        """Yield the scans in order."""
+        for scan, _ in self._rows():
+            yield scan
+
     def frames(self) -> Iterator[tuple[WorldFrame, Scan, ScanTruth]]:
         """Yield each scan with its ground truth; without recorded poses there are no actors."""
         velocity, yaw_rate = self._ego_motion()

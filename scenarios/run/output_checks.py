@@ -130,7 +130,9 @@ def _check_numbers(tracks: Tracks) -> Faults:
     for names, largest in ((LENGTHS, LARGEST), (SQUARES, LARGEST**2)):
         for name in names:
             if (values := getattr(tracks, name)) is not None:
-                yield from _invalid(check, tracks, ~(np.abs(values) > largest), f"{name} is beyond {largest:g}")
+                judged = np.isfinite(values) if "covariance" in name else True  # `check_covariances` has the others
+                too_large = judged & (np.abs(values) > largest)
+                yield from _invalid(check, tracks, ~too_large, f"{name} is beyond {largest:g}")
 
 
 def _check_probabilities(tracks: Tracks) -> Faults:

@@ -22,7 +22,7 @@ def played(name, seed=None):
     scenario = load(name, seed)
     with closing(loop._traffic(scenario, load_rig(str(scenario.rig), scenario.folder))) as source:
         obstacles = source.reset(scenario.seed)
-        return obstacles, [source.step() for _ in range(loop._frame_count(scenario, source))]
+        return obstacles, [source.step() for _ in range(round(scenario.duration_s / source.dt))]
 
 
 def scans(name, when, seed=None, change=lambda frame: frame, traffic=None):
