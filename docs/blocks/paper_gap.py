@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from luxloop.scenarios import interface
 from luxloop.scenarios.document.figure import STYLE
 from luxloop.scenarios.document.palette import PAGE as PAPER
-from luxloop.scenarios.realism import fit_observations, labelled_vehicle
+from luxloop.scenarios.realism import labelled_fits, labelled_vehicle
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 from luxloop.scenarios.realism.vehicle_figures import (
     visible_faces,
@@ -148,7 +148,7 @@ def across(vehicles: Sequence[LabelledVehicle]) -> npt.NDArray[np.bool_]:
 
 def errors(vehicles: Sequence[LabelledVehicle], config: DetectorConfig) -> Floats:
     """Return the absolute heading error of the selected rectangle of each vehicle [deg]."""
-    return np.abs(fit_observations.fit(vehicles, config).error_deg["best"])
+    return np.abs(labelled_fits.fit(vehicles, config).error_deg["best"])
 
 
 def table(sets: dict[str, list[LabelledVehicle]]) -> str:

@@ -1,7 +1,6 @@
 """Observations of labelled vehicles: heading errors by method, kind of view, and range."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +8,10 @@ import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats
 from luxloop.scenarios.errors import InputError
-from luxloop.scenarios.grading.plane_geometry import QUARTER, turned, wrap
-from luxloop.scenarios.realism import labelled_vehicle
+from luxloop.scenarios.grading.plane_geometry import turned
+from luxloop.scenarios.realism import labelled_fits, labelled_vehicle
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle, Rows, vehicles_in
 from luxloop.scenarios.realism.vehicle_figures import least_depth, visible_faces
-from luxloop.tracker.detection import rectangles, segmentation, selection, tlinkage
-from luxloop.tracker.detection.detector import DetectorConfig
-from luxloop.tracker.records import METHODS, Segments
 
 SCANS = ("frame", "time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad")
 POINTS = ("frame", "x_ego_m", "y_ego_m", "z_ego_m", "time_offset_s", "layer")
@@ -113,10 +109,10 @@ def of_folders(folders: Sequence[Path]) -> dict[str, pd.DataFrame]:
 def observations(vehicles: Sequence[LabelledVehicle]) -> pd.DataFrame:
     """Return a row per vehicle and frame: `vehicle` (number), `view`, `range`, absolute errors [deg] and `deviation`.
 
-    Errors are those of `COMPARED`, of `best`, and of `oracle`, the least of these; `deviation` is the
+    Errors are those of `labelled_fits.COMPARED`, of `best`, and of `oracle`, the least of these; `deviation` is the
     error of `best` over its stated standard deviation.
     """
-    fits = fit(vehicles)
+    fits = labelled_fits.fit(vehicles)
     rows = pd.DataFrame({name: np.abs(error) for name, error in fits.error_deg.items()})
     key = pd.DataFrame({"set": [one.data_set for one in vehicles], "actor": [one.actor_id for one in vehicles]})
     return rows.assign(
@@ -156,48 +152,3 @@ def range_bands() -> list[str]:
 def _range_band(range_m: float) -> str:
     above = sum(range_m >= high for _, high in RANGE_BANDS_M)
     return range_bands()[min(above, len(RANGE_BANDS_M) - 1)]
-
-
-CRITERIA = tuple(method for method in METHODS if method != "refined")
-"""Candidates of the selection."""
-COMPARED = (*CRITERIA, "alignment")
-"""Methods that `best` is compared with; `alignment` is the best aligned candidate, turned to the highest alignment."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LabelledFits:
-    """Fits of V vehicles."""
-
-    error_deg: dict[str, Floats]
-    """(V,) heading errors of each of `COMPARED` and of `best`, modulo 90 degrees, -45 to 45."""
-    std_deg: Floats
-    """(V,) stated standard deviation of `best`; NaN if the selection states none."""
-    on_lines: Floats
-    """(V,) share of the points that T-linkage leaves on lines."""
-
-
-def fit(vehicles: Sequence[LabelledVehicle], config: DetectorConfig | None = None) -> LabelledFits:
-    """Fit rectangles to the points of at least one vehicle, by default with the tracker's default settings."""
-    config = config or DetectorConfig()
-    sizes = [len(vehicle.points_ego) for vehicle in vehicles]
-    segments = Segments(np.repeat(np.arange(len(sizes)), sizes), len(sizes))
-    cloud, lines = (np.concatenate([getattr(vehicle, name) for vehicle in vehicles]) for name in ("points_ego", "line"))
-    points = segmentation.sort_by_segment(cloud, segments, scan_line=lines)
-    linkage = tlinkage.link(points, config.linkage, config.lidar)
-    headings = rectangles.headings(points, linkage, config.rectangles)
-    each = np.arange(len(vehicles))
-
-    def selected(chosen: selection.SelectionConfig) -> tuple[Floats, Floats]:
-        found = selection.select(points, linkage, headings, chosen, config.lidar.range_std_m)
-        variance = np.full(len(each), np.nan) if found.heading_variance is None else found.heading_variance
-        return found.heading[each, found.best], np.degrees(np.sqrt(variance))
-
-    best, std_deg = selected(config.selection)
-    aligned, _ = selected(replace(config.selection, variant="alignment"))
-    found = dict(zip((*COMPARED, "best"), (*headings.T, aligned, best), strict=True))
-    yaw = np.array([vehicle.box[2] for vehicle in vehicles])
-    return LabelledFits(
-        error_deg={name: np.degrees(wrap(heading - yaw, QUARTER)) for name, heading in found.items()},
-        std_deg=std_deg,
-        on_lines=np.bincount(segments.label, linkage.line >= 0, segments.count) / np.bincount(segments.label),
-    )

@@ -9,7 +9,8 @@ import pandas as pd
 
 from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.document.document import Answer, Document, Section, Table
-from luxloop.scenarios.realism.fit_observations import COMPARED, VIEWS, range_bands
+from luxloop.scenarios.realism.fit_observations import VIEWS, range_bands
+from luxloop.scenarios.realism.labelled_fits import COMPARED
 from luxloop.scenarios.report.cells import NONE, table_of
 from luxloop.scenarios.statistics.intervals import Interval
 from luxloop.scenarios.statistics.jackknife import ANY, POSITIVE, SHARE, ratio_interval

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
-from luxloop.scenarios.realism import fit_observations
+from luxloop.scenarios.realism import labelled_fits
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 
 NEAR_M = 0.60
@@ -175,7 +175,7 @@ REPORTED = ("area", "closeness", "variance", "tlinkage", "best")
 def measure(vehicles: Sequence[LabelledVehicle]) -> pd.DataFrame:
     """Return the figures of each of at least one vehicle; NaN for a figure that its points do not give."""
     figures = pd.DataFrame([_shape(vehicle) for vehicle in vehicles])
-    fits = fit_observations.fit(vehicles)
+    fits = labelled_fits.fit(vehicles)
     figures["share_on_lines"] = fits.on_lines
     for method in REPORTED:
         figures[f"{method}_error_deg"] = np.abs(fits.error_deg[method])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.labelled_shapes import ABREAST, l_shape, left, rear, vehicle
 
-from luxloop.scenarios.realism import fit_observations, vehicle_figures
+from luxloop.scenarios.realism import labelled_fits, vehicle_figures
 from luxloop.scenarios.realism.vehicle_figures import density
 
 
@@ -66,7 +66,7 @@ def test_heading_errors_are_those_of_the_label():
 def test_heading_errors_are_modulo_a_quarter_turn():
     true, quarter = (vehicle(l_shape(), lidars=[(-12.0, 12.0)], pose=(12.0, -12.0, 0.0)) for _ in range(2))
     quarter.box[2] += np.pi / 2
-    for error in fit_observations.fit([true, quarter]).error_deg.values():
+    for error in labelled_fits.fit([true, quarter]).error_deg.values():
         assert error[0] == pytest.approx(error[1], abs=1e-9)
 
 
