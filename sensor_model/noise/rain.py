@@ -1,20 +1,13 @@
 """Rain: echoes of drops, and attenuation."""
 
-import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from luxloop.sensor_model.arrays import Ints
-from luxloop.sensor_model.kernels.noise import rare_beams
-from luxloop.sensor_model.noise.clutter_mixing import Clutter, droplets, unit_beams
+from luxloop.sensor_model.noise.clutter_mixing import Clutter
+from luxloop.sensor_model.noise.precipitation import falling_echoes, per_metre
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.noise.thresholds import Thresholds
 from luxloop.sensor_model.rig.beams import BeamTable
 from luxloop.sensor_model.truth import Cause
-
-_DB_PER_NEPER = 10.0 / math.log(10.0)  # of power
-_M_PER_KM = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,36 +59,9 @@ def extinction(config: Rain) -> float:
     return per_metre(1.076 * config.rate_mm_per_h**0.67)
 
 
-def per_metre(db_per_km: float) -> float:
-    """Convert an attenuation of power [dB/km] to an extinction coefficient [1/m]."""
-    return float(db_per_km / (_DB_PER_NEPER * _M_PER_KM))
-
-
 def drops(config: Rain, beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int) -> Clutter:
     """Draw the drops that give an echo in a frame; their ranges are lognormal."""
     rate = config.drops_per_mm_per_h * config.rate_mm_per_h
     log_range = (config.range_log_mean, config.range_log_sigma)
     purposes = (Purpose.RAIN, Purpose.RAIN_RANGE, Purpose.RAIN_LABEL)
     return falling_echoes(rate, log_range, Cause.RAIN, config.labelled, purposes, beams, thresholds, draws, frame)
-
-
-def falling_echoes(
-    rate: float, log_range: tuple[float, float], cause: Cause, labelled: float,
-    purposes: tuple[Purpose, Purpose, Purpose], beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int,
-) -> Clutter:  # fmt: skip
-    """Draw the echoes of drops or flakes in a frame; their ranges are lognormal.
-
-    Parameters
-    ----------
-    rate
-        Share of the beams with an echo, in a clean and working unit.
-    log_range
-        Mean and standard deviation of the natural logarithm of the range in metres.
-    labelled
-        Share of the echoes that the unit flags as clutter.
-    purposes
-        Purposes of the draws of beams, ranges, and labels with powers.
-    """
-    beam: Ints = rare_beams(draws.key, frame, int(purposes[0]), unit_beams(beams), rate)
-    range_ = np.exp(log_range[0] + log_range[1] * draws.normal(frame, beam, purposes[1]))
-    return droplets(beam, range_, cause, labelled, draws.uniform(frame, beam, purposes[2]), beams, thresholds)

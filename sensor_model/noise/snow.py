@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from luxloop.sensor_model.noise.clutter_mixing import Clutter
-from luxloop.sensor_model.noise.rain import falling_echoes, per_metre
+from luxloop.sensor_model.noise.precipitation import falling_echoes, per_metre
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.noise.thresholds import Thresholds
 from luxloop.sensor_model.rig.beams import BeamTable
