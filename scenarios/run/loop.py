@@ -1,9 +1,8 @@
 """The run loop: traffic, LIDARs, tracker, grader, recorder."""
 
 import math
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -30,7 +29,6 @@ from luxloop.sim.factory import make_source, run_ahead
 from luxloop.sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
 from luxloop.sim.world import Obstacles, WorldFrame
 from luxloop.tracker.scan import Scan
-from luxloop.tracker.tracking.filters import FilterConfig, motion
 
 
 def run(
@@ -83,8 +81,7 @@ def run(
     scans = ScanSource(traffic, rig, scenario.noise, scenario.sensor)
     with closing(run_ahead(scans, scenario.traffic) if ahead else scans) as source:
         _require_scan_period(scenario, rig, source.dt)
-        with imports_beside(scenario.tracker.filters, source.dt):
-            started = _reset(source, scenario)
+        started = _reset(source, scenario)
         if start:
             start(started.obstacles)
         one_car = ((one.frame, one.scan, one.truth) for one in started.warm_up)
@@ -212,22 +209,3 @@ def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory, 
     config = {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}
     config |= {"in_process": True} if device.is_in_process(make_device) else {}
     return config | ({"ego": ego} if ego else {}) | ({"set": list(scenario.settings)} if scenario.settings else {})
-
-
-@contextmanager
-def imports_beside(filters: FilterConfig, dt: float) -> Iterator[None]:
-    """Import filterpy and scipy.stats, for filters and grading, while the body waits for the process of the traffic.
-
-    Parameters
-    ----------
-    filters
-        Filters of the tracker.
-    dt
-        Time between frames [s].
-    """
-    importing = threading.Thread(target=motion, args=(dt, filters), daemon=True)
-    importing.start()
-    try:
-        yield
-    finally:
-        importing.join()  # a tracker that forks gets no import that never ends

@@ -4,9 +4,10 @@ The paper's three models are a chain of integrators per axis, of order 1 (positi
 Models of turning vehicles have transitions that depend on the track, see `luxloop.tracker.tracking.turning`. Every
 filter holds all six states x, y, vx, vy, ax, ay. States that a model omits keep a prior covariance; other models start
 from it when mixing. One call of a kernel updates any number of filters. filterpy is the reference in the tests, and
-runs `luxloop.tracker.tracking.imm`.
+runs the methods `imm` and `paper`, see `luxloop.tracker.tracking.model_selection`.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -120,11 +121,13 @@ def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
 
     Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), 6.2.
     """
-    from filterpy.common import Q_continuous_white_noise  # imports scipy.stats, which takes half a second
+    integrations = range(order - 1, -1, -1)  # from the noise to each derivative
 
-    if order == 1:
-        return np.array([[spectral_density * dt]])
-    return np.asarray(Q_continuous_white_noise(dim=order, dt=dt, spectral_density=spectral_density))
+    def element(i: int, j: int) -> float:
+        power = i + j + 1
+        return float(dt**power / (power * math.factorial(i) * math.factorial(j)) * spectral_density)
+
+    return np.array([[element(i, j) for j in integrations] for i in integrations])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

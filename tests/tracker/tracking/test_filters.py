@@ -60,6 +60,14 @@ def test_process_noise_of_constant_velocity_equals_the_textbook():
     assert process_noise(2, dt, q) == pytest.approx(q * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]]))
 
 
+@pytest.mark.parametrize("order", [2, 3])
+def test_process_noise_is_that_of_filterpy(order):
+    from filterpy.common import Q_continuous_white_noise
+
+    for dt in (0.04, 0.08, 0.37):
+        assert (process_noise(order, dt, 0.7) == Q_continuous_white_noise(order, dt, 0.7)).all()
+
+
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_process_noise_does_not_depend_on_the_step_size(order):
     """Ten short steps equal a long one, unlike with noise that is white from step to step."""
