@@ -149,6 +149,8 @@ def main(arguments: list[str] | None = None) -> int:
     if code == ExitCode.INTERRUPTED:
         code = received.exit_code
         termination.clear_unhandled()
+    if arguments is None:
+        termination.end_at_once(code)
     if code in (ExitCode.BROKEN_TRACKER, ExitCode.INTERNAL) and arguments is None and threading.active_count() > 1:
         sys.stdout.flush()
         sys.stderr.flush()

@@ -1,5 +1,6 @@
 """Ctrl-C, SIGTERM and SIGHUP: temporary files are removed, and one line states what is kept."""
 
+import os
 import signal
 import sys
 import threading
@@ -9,12 +10,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from types import FrameType
+from typing import Any
 
 CTRL_C = 130
 """Exit code of Ctrl-C: 128 and the number of SIGINT."""
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 SAME_S = 1.0
 """[s] A further SIGTERM or SIGHUP within this time belongs to the first: a terminal that closes sends two."""
+LATER_S = 0.05
+"""[s] An interrupt inside an import is tried again after this time."""
 
 
 @dataclass
@@ -32,6 +36,10 @@ class Received:
         return 128 + self.number if self.number else CTRL_C
 
 
+Handler = Callable[[int, FrameType | None], Any] | int | None
+"""What `signal.signal` takes and returns."""
+_IMPORT_FILE = "<frozen importlib._bootstrap>"
+"""File of the frames in which CPython imports a module."""
 _handled: list[Received] = []
 """Signals of the active `as_interrupts` contexts, the innermost last."""
 
@@ -58,18 +66,30 @@ def start_resource_tracker() -> None:
 def as_interrupts() -> Iterator[Received]:
     """Raise a KeyboardInterrupt in the body for all of these signals that are not ignored, as `nohup` does.
 
-    One that arrives in a destructor is lost without a report; `raise_lost` raises it again.
+    One that arrives inside an import is raised after it: an extension module whose start is interrupted may crash the
+    process, and CPython may keep the lock of imports. One that arrives in a destructor is lost without a report;
+    `raise_lost` raises it again.
     """
     received = Received()
+    earlier: dict[int, Handler] = {}
 
-    def interrupt(number: int, _frame: FrameType | None) -> None:
+    def interrupt(number: int, frame: FrameType | None) -> None:
         same = time.monotonic() - received.at_s < SAME_S
         received.number, received.at_s = number, time.monotonic()
         if not same or number == signal.SIGINT:
+            interrupt_now_or_later(number, frame)
+
+    def interrupt_now_or_later(_number: int, frame: FrameType | None) -> None:
+        later = _is_importing(frame)
+        if later:
+            earlier.setdefault(signal.SIGALRM, signal.signal(signal.SIGALRM, interrupt_now_or_later))
+        if signal.SIGALRM in earlier:
+            signal.setitimer(signal.ITIMER_REAL, LATER_S if later else 0.0)
+        if not later:
             raise KeyboardInterrupt
 
     used = [number for number in SIGNALS if in_main_thread() and signal.getsignal(number) is not signal.SIG_IGN]
-    earlier = {number: signal.signal(number, interrupt) for number in used}
+    earlier |= {number: signal.signal(number, interrupt) for number in used}
     report_unraisable = sys.unraisablehook
     if used:  # of the whole process
         sys.unraisablehook = _except_interrupts(report_unraisable)
@@ -80,8 +100,24 @@ def as_interrupts() -> Iterator[Received]:
         _handled.pop()
         if used:
             sys.unraisablehook = report_unraisable
+        if signal.SIGALRM in earlier:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
         for number, handler in earlier.items():
             signal.signal(number, handler or signal.SIG_DFL)
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    """Return True if a module is being imported in this frame or in a caller's."""
+    while frame and frame.f_code.co_filename != _IMPORT_FILE:
+        frame = frame.f_back
+    return frame is not None
+
+
+def end_at_once(code: int) -> None:
+    """End the process with this exit code at the next of these signals: its command has ended, only Python has not."""
+    for number in SIGNALS:
+        if in_main_thread() and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, lambda *_: os._exit(code))
 
 
 def _except_interrupts(

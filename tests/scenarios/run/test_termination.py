@@ -1,6 +1,9 @@
 """Signals whose KeyboardInterrupt is lost before it reaches luxloop."""
 
+import importlib
 import signal
+import subprocess
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -46,6 +49,43 @@ def test_a_signal_that_numpy_drops_ends_the_run_at_the_next_frame(number, code, 
     assert Member.frames == 1, "the run goes on after the signal"
     assert capfd.readouterr().err.splitlines()[-1] == "luxloop: error: interrupted; nothing was written"
     assert not Path("here").exists()
+
+
+INTERRUPTED_MODULE = """\
+import signal, time
+
+signal.raise_signal(signal.{name})
+began = time.monotonic()
+while time.monotonic() < began + 0.2:  # longer than the interrupt waits before it tries again
+    pass
+complete = True
+"""
+
+
+def import_and_wait(module):
+    importlib.import_module(module)
+    signal.sigtimedwait([], 10.0)  # ends early at a signal
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_an_interrupt_inside_an_import_waits_for_its_end(name, tmp_path, monkeypatch):
+    """An extension module whose start is interrupted crashes the process, or leaves the lock of imports locked."""
+    (tmp_path / "interrupted_module.py").write_text(INTERRUPTED_MODULE.format(name=name))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "interrupted_module", raising=False)
+    before = signal.getsignal(signal.SIGALRM)
+    with as_interrupts() as received, pytest.raises(KeyboardInterrupt):
+        import_and_wait("interrupted_module")
+    assert sys.modules["interrupted_module"].complete
+    assert received.number == getattr(signal, name)
+    assert signal.getsignal(signal.SIGALRM) == before
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
+
+
+def test_a_signal_after_the_end_of_a_command_leaves_its_exit_code():
+    program = "import os, signal; from luxloop.scenarios.run import termination; termination.end_at_once(3); " \
+        "os.kill(os.getpid(), signal.SIGTERM); signal.pause()"  # fmt: skip
+    assert subprocess.run([sys.executable, "-c", program], check=False, timeout=60).returncode == 3
 
 
 class Destroyed:
