@@ -17,4 +17,5 @@ class PrintableConsole(Console):
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         """Yield the segments of a renderable, with printable text."""
         for segment in super().render(renderable, options):
-            yield segment if segment.control else Segment(printable(segment.text), segment.style)
+            is_own = segment.control or segment.text.isprintable()
+            yield segment if is_own else Segment(printable(segment.text), segment.style)
