@@ -10,6 +10,8 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
+from luxloop.printable import print_text
+
 OWN = "luxloop"
 """Distribution whose plug-ins ship with luxloop."""
 GROUPS = ("luxloop.formats", "luxloop.traffic", "luxloop.trackers")
@@ -116,7 +118,7 @@ def _registered(group: str) -> tuple[EntryPoint, ...]:
 @cache
 def _warn(line: str) -> None:
     """Print a line on standard error, once."""
-    print(f"luxloop: warning: {line}", file=sys.stderr)
+    print_text(f"luxloop: warning: {line}", file=sys.stderr)
 
 
 def _distribution(entry: EntryPoint) -> str:

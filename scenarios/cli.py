@@ -12,6 +12,7 @@ import typer
 import typer.core
 
 from luxloop.plugins import ABILITIES, formats_that
+from luxloop.printable import print_text
 from luxloop.scenarios import exit_codes
 from luxloop.scenarios.commands import (
     compare,
@@ -201,7 +202,7 @@ def _print_versions(wanted: bool) -> None:
     if wanted:
         installed = versions.installed()
         names = ["luxloop", *(name for name in installed if name != "luxloop")]
-        print("\n".join(f"{name} {installed[name]}" for name in names))
+        print_text("\n".join(f"{name} {installed[name]}" for name in names))
         raise typer.Exit
 
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import AsJson, Duration, Quiet, ScenarioName, Seed, Tracker, finite, overrides
 from luxloop.scenarios.commands.error_messages import print_early_end
 from luxloop.scenarios.errors import InputError
@@ -43,11 +44,11 @@ def compare(
     shown = comparison_document(comparison, str(base), str(head))
     write(files, shown)
     if as_json:
-        print(json_text(shown))
+        print_text(json_text(shown))
     elif not quiet:
         text.show(shown)
         if files:
-            print(f"The comparison is in {' and '.join(map(str, files))}")
+            print_text(f"The comparison is in {' and '.join(map(str, files))}")
     raise typer.Exit({"worse": ExitCode.FAILED, "cannot tell": ExitCode.CANNOT_TELL}.get(comparison.verdict, 0))
 
 
@@ -64,7 +65,7 @@ def baseline(
     before = {run.key: run for run in file.read(out)} if out.exists() else {}
     file.write(out, list(side.runs.values()))
     changed = [key for key in side.runs if key in before and side.runs[key].trace_hash != before[key].trace_hash]
-    print(f"{out}: {len(side.runs)} runs, {out.stat().st_size / 1000:.0f} kB")
+    print_text(f"{out}: {len(side.runs)} runs, {out.stat().st_size / 1000:.0f} kB")
     for what, keys in (
         ("new", [key for key in side.runs if key not in before]),
         ("changed", changed),
@@ -72,7 +73,7 @@ def baseline(
         ("ended early, and are not compared", [key for key, run in side.runs.items() if run.ended_early]),
     ):
         if keys:
-            print(f"{len(keys)} {what}: {listed(keys)}")
+            print_text(f"{len(keys)} {what}: {listed(keys)}")
 
 
 def trends(
@@ -92,7 +93,7 @@ def trends(
     shown = trends_document(trends_of([run_pairs.read_side(path) for path in baselines]))
     html.write(out, shown)
     text.show(shown)
-    print(f"The page is {out}")
+    print_text(f"The page is {out}")
 
 
 def ceiling(
@@ -126,7 +127,7 @@ def ceiling(
     )
     shown = ceiling_document(found, PoseNoise(heading_std, position_std))
     if as_json:
-        print(json_text(shown))
+        print_text(json_text(shown))
     else:
         text.show(shown)
     raise typer.Exit(ExitCode.FAILED if any(one.ended_early for one in found) else 0)
@@ -153,7 +154,7 @@ def blame(
     found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)), make_tracker)
     costs = stage_costs(found)
     if as_json:
-        print(json.dumps(document(found, costs), allow_nan=False))
+        print_text(json.dumps(document(found, costs), allow_nan=False))
     else:
         text.show(blame_report(found, costs))
     code, result = 0, found.shipped

@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING
 
+from luxloop.printable import print_text, printable
+
 if TYPE_CHECKING:
     from luxloop.scenarios.result import Result
 
@@ -20,10 +22,10 @@ LONGEST_LINE = 1000
 
 def print_error(message: str, code: int) -> int:
     """Print a message as one printable line on standard error, and return the exit code."""
-    line = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    line = printable(" ".join(message.split()))
     if len(line) > LONGEST_LINE:
         line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
-    print(f"luxloop: error: {line}", file=sys.stderr)
+    print_text(f"luxloop: error: {line}", file=sys.stderr)
     return code
 
 
@@ -44,7 +46,7 @@ CODE = 70
 def print_internal_error(error: BaseException) -> int:
     """Print the traceback of an error and a line that asks for a report; return the exit code."""
     sys.stdout.flush()
-    traceback.print_exception(error)
+    print_text("".join(traceback.format_exception(error)), sys.stderr, end="")
     what = " ".join(f"{type(error).__name__} {error}".split())
     return print_error(f"internal error ({what}): {request(error)}", CODE)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import (
     DEFAULT_STEP_TIMEOUT_S,
     AsJson,
@@ -167,12 +168,12 @@ def grade_files(tracks: Path | None, files: BoxFiles, out: Path | None, as_json:
         document |= {"truth": str(truth), "fits": graded_fits.document(of_fits)}
         printed.append(graded_fits.report(of_fits))
     if as_json:
-        print(json.dumps(document, allow_nan=False))
+        print_text(json.dumps(document, allow_nan=False))
         return
     for report in printed:
         text.show(report)
     if out:
-        print(f"Results are in {out}; luxloop report {out}: a page with figures")
+        print_text(f"Results are in {out}; luxloop report {out}: a page with figures")
 
 
 def _format(option: str, name: str | None, path: Path) -> str:
@@ -242,10 +243,10 @@ def _print(result: "Result", run: Path, as_json: bool, full: bool) -> None:
 
     checks, out = result.checks, result.out
     if as_json:
-        print(json.dumps({**run_folder.document(result, checks), "out": out and str(out)}, allow_nan=False))
+        print_text(json.dumps({**run_folder.document(result, checks), "out": out and str(out)}, allow_nan=False))
     elif full:
         text.show(text.report(result, checks))
-        print(f"Results are in {out}" if out else "Nothing was written; to keep it, give --out")
+        print_text(f"Results are in {out}" if out else "Nothing was written; to keep it, give --out")
     elif out:
         first_screen.show_folder(result, checks, out, recorded=False)
     else:

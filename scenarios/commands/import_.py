@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import finite, grouped, require_of
 
 if TYPE_CHECKING:
@@ -175,12 +176,12 @@ def import_(
         files=tuple(path.name for path in files),
     )
     found = import_recording(source, options, out, rig_model)
-    print(
+    print_text(
         f"{found.frames} scans of {found.duration_s:.1f} s, {found.points} points in {found.layers} layers, "
         f"are in {out}; to track: luxloop track {out}"
     )
     if found.skipped:
-        print(
+        print_text(
             "Sweeps left out: "
             + ", ".join(f"{number} {reason.replace('_', ' ')}" for reason, number in found.skipped.items())
             + (f"; {found.clocks}" if found.clocks else "")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import AsJson, Quiet, Workers, finite, require, worker_count
 
 if TYPE_CHECKING:
@@ -66,10 +67,10 @@ def league(
     found = standings(rows, out)
     document = league_page.write(rows, found, request, out)
     if as_json:
-        print(json_text(document, out=str(out)))
+        print_text(json_text(document, out=str(out)))
     elif not quiet:
         text.show(document)
-        print(f"The page is {out / league_page.PAGE}, a row per run in {out / league_page.TABLE}")
+        print_text(f"The page is {out / league_page.PAGE}, a row per run in {out / league_page.TABLE}")
     raise typer.Exit(1 if any(row["status"] != "finished" for row in rows) else 0)
 
 

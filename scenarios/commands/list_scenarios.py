@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import AsJson
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def list_scenarios(
     from luxloop.scenarios.files import shipped
 
     if folder:
-        print(shipped.STUDIES if studies else shipped.CATALOG)
+        print_text(shipped.STUDIES if studies else shipped.CATALOG)
         return
     filters = {"family": family, "kind": kind, "suite": suite}
     if studies:
@@ -42,7 +43,7 @@ def list_scenarios(
     else:
         found = interface.list_scenarios(*(words or []), **filters)
     if as_json:
-        print(json.dumps([_document(entry) for entry in found]))
+        print_text(json.dumps([_document(entry) for entry in found]))
     else:
         head = ("command", "name", "question") if studies else ("family", "name", "description")
         show_table(head, [entry[:3] for entry in found])
@@ -67,7 +68,7 @@ def show_table(head: tuple[str, ...], lines: Sequence[tuple[str, ...]]) -> None:
     if not sys.stdout.isatty():
         widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
         for line in (head, *lines):
-            print("  ".join(f"{cell:{width}}" for cell, width in zip(line, widths, strict=True)).rstrip())
+            print_text("  ".join(f"{cell:{width}}" for cell, width in zip(line, widths, strict=True)).rstrip())
         return
     from luxloop.scenarios.document.document import Table
     from luxloop.scenarios.report import text
@@ -99,7 +100,7 @@ def metrics(
 
     found = [one for one in DEFINITIONS.values() if _has(one, words or [])]
     if as_json:
-        print(json.dumps([_metric_document(one) for one in found]))
+        print_text(json.dumps([_metric_document(one) for one in found]))
         return
     lines: list[tuple[str, ...]] = []
     for one, before in zip(found, [None, *found], strict=False):
@@ -108,7 +109,7 @@ def metrics(
         keys = [*(f"{key}=" for key in one.parameters), *one.filters]
         lines.append((one.name, one.unit, one.better, one.meaning, " ".join(keys)))
     show_table(("name", "unit", "better", "meaning", "parameters= and filters"), lines)
-    print("\n".join(["", *_choices(found), EXAMPLES]))
+    print_text("\n".join(["", *_choices(found), EXAMPLES]))
 
 
 def _has(one: "MetricDefinition", words: Iterable[str]) -> bool:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import AsJson, Figures
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def view(
     shown = ReportedRun.read(run)
     start = viewer.frame_to_show(shown.result, shown.unmet, frame)
     if start:
-        print(f"{'Go to' if web else 'Opens at'} {start}")
+        print_text(f"{'Go to' if web else 'Opens at'} {start}")
     raise typer.Exit(viewer.show(recording, start.time_s if start else None, web=web, analytics=analytics))
 
 
@@ -69,7 +70,7 @@ def report(
         _report_run(folders[0], out, formats, latex)
     else:
         _report_many(folders, out, recording)
-    print(f"The report is in {out}")
+    print_text(f"The report is in {out}")
 
 
 def _default_path(folders: list[Path]) -> Path:
@@ -90,7 +91,7 @@ def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None
         runs = read_trackers(found)
         if recording:
             tracker_recording.write({name: (run.folder, run.result) for name, run in runs.items()}, recording)
-            print(f"The recording is in {recording}; luxloop view {recording} shows it")
+            print_text(f"The recording is in {recording}; luxloop view {recording} shows it")
         html.write(out, trackers_page(runs))
     elif recording:
         raise InputError(f"--recording {recording}: needs runs of one scenario and seed by several trackers")
@@ -118,9 +119,9 @@ def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> Non
         if latex:
             atomic_file.save_text(tables, latex_tables.latex(shown.tables, " ".join(run.commands[:1])))
     if formats:
-        print(f"{len(paths)} figures are in {figures}")
+        print_text(f"{len(paths)} figures are in {figures}")
     if latex:
-        print(f"The tables are in {tables}")
+        print_text(f"The tables are in {tables}")
 
 
 SCENARIO = "paper-campus"
@@ -152,7 +153,7 @@ def paper(
     shown = [make(sources) for make in makers]
     name, result = next(iter(results.items()))
     if latex:
-        print(latex_of(shown, f"{result.scenario}, seed {result.seed}"), end="")
+        print_text(latex_of(shown, f"{result.scenario}, seed {result.seed}"), end="")
     else:
         answer = Answer(paper_comparison.verdict(name, result.metrics).rstrip("."))
         tables = [Section("paper", "The paper's tables", shown)]
@@ -199,9 +200,9 @@ def occlusions(
         occlusion_survival.write(found, out, formats)
     shown = occlusion_survival.document(found)
     if as_json:
-        print(json.dumps({**json_data(shown), "out": out and str(out)}, allow_nan=False))
+        print_text(json.dumps({**json_data(shown), "out": out and str(out)}, allow_nan=False))
     else:
         text.show(shown)
-        print(
+        print_text(
             f"Table and figure are in {out}" if out else "Nothing was written; for the table and a figure, give --out"
         )

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import AsJson, Quiet, RunFolder, finite, require, require_of
 from luxloop.sim.candidates.want import Want
 
@@ -55,7 +56,7 @@ def egos(
     if as_json:
         entries = [ego_survey.document(found, row) for row in rows]
         head = {"source": source, "want": want.value, "left_out": survey.left_out, "vehicles": len(found)}
-        print(json.dumps({**head, "candidates": entries}))
+        print_text(json.dumps({**head, "candidates": entries}))
     else:
         text.show(ego_survey.candidates_document(survey, rows, want, source))
 
@@ -94,10 +95,10 @@ def new(
     with hidden(quiet or as_json):
         choices = write_scenario(source, routes or [], options, force=force)
     if as_json:
-        print(json.dumps({"out": str(out), "choices": choices}))
+        print_text(json.dumps({"out": str(out), "choices": choices}))
     elif not quiet:
-        print("\n".join(choices))
-        print(f"Its limits are generic defaults: adapt them. To run it: luxloop run {out}")
+        print_text("\n".join(choices))
+        print_text(f"Its limits are generic defaults: adapt them. To run it: luxloop run {out}")
 
 
 def export(
@@ -115,7 +116,7 @@ def export(
     require_of("export", chosen)
     recorded = RecordedRun.open(run)
     write_folder(recorded, out, chosen)
-    print(f"{counted(recorded.result.frames, 'frame is', 'frames are')} in {out}")
+    print_text(f"{counted(recorded.result.frames, 'frame is', 'frames are')} in {out}")
 
 
 def mcap(
@@ -128,7 +129,7 @@ def mcap(
     from luxloop.scenarios.offline.recorded_scans import RecordedRun
 
     frames = export(RecordedRun.open(run), file)
-    print(f"{frames} frames are in {file}")
+    print_text(f"{frames} frames are in {file}")
 
 
 def realism(
@@ -167,10 +168,12 @@ def realism(
         realism_table.write(comparison, out)
     shown = realism_table.document(comparison)
     if as_json:
-        print(json_text(shown))
+        print_text(json_text(shown))
     else:
         text.show(shown)
-        print(f"Figures and matched vehicles are in {out}" if out else "Nothing was written; for figures, give --out")
+        print_text(
+            f"Figures and matched vehicles are in {out}" if out else "Nothing was written; for figures, give --out"
+        )
 
 
 def fits(
@@ -187,6 +190,6 @@ def fits(
 
     shown = fit_report.document(fit_observations.of_folders(sources))
     if as_json:
-        print(json_text(shown))
+        print_text(json_text(shown))
     else:
         text.show(shown)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import (
     DEFAULT_STEP_TIMEOUT_S,
     AsJson,
@@ -138,16 +139,16 @@ def _show(result: "Result", kept: Kept, printed: Printed) -> int:
     from luxloop.scenarios.run import run_folder
 
     if printed.as_json:
-        print(json.dumps({**run_folder.document(result, result.checks), "out": str(result.out)}, allow_nan=False))
+        print_text(json.dumps({**run_folder.document(result, result.checks), "out": str(result.out)}, allow_nan=False))
     elif not printed.quiet:
         assert result.out is not None
         if printed.full:
             text.show(text.report(result, result.checks), (result.out / run_folder.REPORT).read_text(encoding="utf-8"))
-            print(f"Results are in {result.out}")
+            print_text(f"Results are in {result.out}")
         else:
             first_screen.show_folder(result, result.checks, result.out, recorded=not kept.no_recording)
         if kept.dataset_to:
-            print(f"The data set is in {kept.dataset_to}")
+            print_text(f"The data set is in {kept.dataset_to}")
     return code_of(result)
 
 
@@ -167,14 +168,14 @@ def _run_each(seeds: Sequence[int], run_seed: Callable[..., "Result"], kept: Kep
 
     found = run_seeds(seeds, run_seed, (lambda _: None) if printed.as_json or printed.quiet else _print_now)
     if printed.as_json:
-        print(json.dumps(found.document(), allow_nan=False))
+        print_text(json.dumps(found.document(), allow_nan=False))
     elif not printed.quiet:
         seeds_document.show(found.done, found.verdicts, recorded=not kept.no_recording, full=printed.full)
     return found.code
 
 
 def _print_now(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    print_text(line, file=sys.stderr, flush=True)
 
 
 BROKEN_TRACKER = 4

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import (
     AsJson,
     Figures,
@@ -66,16 +67,16 @@ def sweep(
     out = out or Path("sweeps") / path.stem
     loaded = Study.load(path) if seeds is None else Study.load(path).with_seeds(seeds)
     if parts is not None:
-        print("luxloop: --parts is no longer needed: all rows are in runs.sqlite; leave it out", file=sys.stderr)
+        print_text("luxloop: --parts is no longer needed: all rows are in runs.sqlite; leave it out", file=sys.stderr)
     if not (as_json or quiet):
-        print(_announcement(loaded), flush=True)
+        print_text(_announcement(loaded), flush=True)
     with hidden(quiet):
         done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors)
     report(done, out, formats)
     if as_json:
-        print(json.dumps(document(done, out), allow_nan=False))
+        print_text(json.dumps(document(done, out), allow_nan=False))
     elif not quiet:
-        print(_summary(done, out))
+        print_text(_summary(done, out))
     raise typer.Exit(_exit_code(done))
 
 
@@ -159,13 +160,13 @@ def search(
     options = TrialOptions(count, scheduler, retry_errors, defects.append)
     found = find_failure(Study.load(path), device, out, _print_now, options)
     if found is not None:
-        print(f"{found.file} fails: {found.what}")
-        print(f"To run it: luxloop run {found.file}; to view it: luxloop view {found.result.out}")
+        print_text(f"{found.file} fails: {found.what}")
+        print_text(f"To run it: luxloop run {found.file}; to view it: luxloop view {found.result.out}")
     raise typer.Exit(print_failed_runs(defects) if defects else int(found is not None))
 
 
 def _print_now(line: str) -> None:
-    print(line, flush=True)
+    print_text(line, flush=True)
 
 
 def thresholds(
@@ -204,8 +205,8 @@ def thresholds(
         found = estimate(loaded, absolute(tracker or SHIPPED), out, notify, options)
     thresholds.write(loaded, found, out, formats)
     if as_json:
-        print(json.dumps({**thresholds.document(loaded, found), "out": str(out)}, allow_nan=False))
+        print_text(json.dumps({**thresholds.document(loaded, found), "out": str(out)}, allow_nan=False))
     else:
         text.show(thresholds.report(loaded, found))
-        print(f"Estimates, runs and figure are in {out}")
+        print_text(f"Estimates, runs and figure are in {out}")
     raise typer.Exit(print_failed_runs(defects) if defects else 0)

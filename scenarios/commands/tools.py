@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import Quiet, ScenarioName, Tracker
 from luxloop.scenarios.errors import DeviceError
 
@@ -55,7 +56,7 @@ def warm_up(scenario: ScenarioName = SCENARIO, tracker: Tracker = None, quiet: Q
                 loop.run(loaded, device.NoTracks)
         loop.run(loaded, make_device)
     if not quiet:
-        print(f"The kernels are ready, after {time.monotonic() - began:.1f} s")
+        print_text(f"The kernels are ready, after {time.monotonic() - began:.1f} s")
 
 
 def schema(
@@ -65,4 +66,4 @@ def schema(
     from luxloop.scenarios.files.scenario import Scenario, schema_text
     from luxloop.scenarios.study.study_file import Study
 
-    print(schema_text(Study if study else Scenario), end="")
+    print_text(schema_text(Study if study else Scenario), end="")

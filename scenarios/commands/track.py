@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from luxloop.printable import print_text
 from luxloop.scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, Full, StepTimeout, Tracker
 
 if TYPE_CHECKING:
@@ -60,10 +61,10 @@ def _show(tracked: "Tracked", out: Path, as_json: bool, full: bool, *, recorded:
 
     result, checks = tracked.result, tracked.checks
     if as_json:
-        print(json.dumps({**run_folder.document(result, checks), "out": str(out)}, allow_nan=False))
+        print_text(json.dumps({**run_folder.document(result, checks), "out": str(out)}, allow_nan=False))
     elif full:
         text.show(tracked.report)
-        print(f"Results are in {out}; the report is {out / PAGE}" + (f"; to view: luxloop view {out}" * recorded))
+        print_text(f"Results are in {out}; the report is {out / PAGE}" + (f"; to view: luxloop view {out}" * recorded))
     else:
         commands = first_screen.commands_of(out, recorded=recorded, page=out / PAGE)
         first_screen.show(result, checks, commands, str(out / run_folder.REPORT), tracked.facts)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from luxloop.printable import print_text
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file, owner_lock
 from luxloop.scenarios.files.atomic_file import flush_folder, flush_tree
@@ -124,7 +125,7 @@ def _remove_leftovers(out: Path) -> None:
         else:
             _remove(path)
             done = "removed"
-        print(f"luxloop: {out}: {done} {path.name}, left by a command that was killed", file=sys.stderr)
+        print_text(f"luxloop: {out}: {done} {path.name}, left by a command that was killed", file=sys.stderr)
 
 
 def _remove(folder: Path) -> None:

@@ -8,9 +8,9 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.text import Text
 
+from luxloop.console import PrintableConsole
 from luxloop.scenarios.document.document import Answer
 from luxloop.scenarios.document.terminal import COLORS
 from luxloop.scenarios.files import expect
@@ -71,11 +71,11 @@ def show(
     facts
         Facts that no metric has, for a line below the verdict.
     """
-    console = Console(markup=False, emoji=False, highlight=False)
+    console = PrintableConsole(markup=False, emoji=False, highlight=False)
     print_lines(screen(result, checks, commands, rest, console.width, facts), console)
 
 
-def print_lines(lines: Screen, console: Console) -> None:
+def print_lines(lines: Screen, console: PrintableConsole) -> None:
     """Print lines that are wrapped already; a terminal wraps longer ones, so that commands can be copied."""
     for line in lines:
         console.print(line, soft_wrap=True)

@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.console import Console
 from rich.text import Text
 
+from luxloop.console import PrintableConsole
 from luxloop.scenarios.document.document import Answer, Document, Section, Span, Style, Table
 from luxloop.scenarios.files.expect import Check, unmet
 from luxloop.scenarios.metrics.main_figures import OF_RUNS, ON_FIRST_SCREEN
@@ -119,7 +119,7 @@ def show(done: Runs, verdicts: Mapping[int, str], *, recorded: bool, full: bool)
     if full or not done:
         text.show(seeds_document(done, verdicts))
         return
-    console = Console(markup=False, emoji=False, highlight=False)
+    console = PrintableConsole(markup=False, emoji=False, highlight=False)
     first_screen.print_lines(screen(done, verdicts, console.width, recorded=recorded), console)
 
 

@@ -5,9 +5,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console, RenderableType
+from rich.console import RenderableType
 from rich.measure import Measurement
 
+from luxloop.console import PrintableConsole
 from luxloop.scenarios.document import html
 from luxloop.scenarios.document.document import Document, Section
 from luxloop.scenarios.files.expect import ranked
@@ -34,23 +35,23 @@ def report(result: Result, checks: "Sequence[Check]") -> "Document":
 
 def show(report: RenderableType, text: str | None = None) -> None:
     """Print on standard output, in colour on a terminal, else the text of `as_text` if it is known already."""
-    console = Console(markup=False, emoji=False)
+    console = PrintableConsole(markup=False, emoji=False)
     if text is not None and not console.is_terminal and console.encoding == "utf-8":
         console.out(text, end="", highlight=False)
     else:
-        Console(width=None if sys.stdout.isatty() else _width(report), markup=False, emoji=False).print(report)
+        PrintableConsole(width=None if sys.stdout.isatty() else _width(report), markup=False, emoji=False).print(report)
 
 
 def as_text(report: RenderableType) -> str:
     """Return the report as text without colours, for a file."""
     text = io.StringIO()
-    Console(file=text, width=_width(report), color_system=None, markup=False, emoji=False).print(report)
+    PrintableConsole(file=text, width=_width(report), color_system=None, markup=False, emoji=False).print(report)
     return text.getvalue()
 
 
 def _width(report: RenderableType) -> int:
     """Return the line width of a log or a file, in which no cell of a table is broken."""
-    console = Console(markup=False, emoji=False)
+    console = PrintableConsole(markup=False, emoji=False)
     return max(WIDTH, Measurement.get(console, console.options.update(max_width=10_000), report).minimum)
 
 

@@ -89,6 +89,8 @@ STEP_TIMEOUT_S = 60.0
 """Default limit of one step of a tracker [s]."""
 START_FACTOR = 10
 """The warm-up and the start of a tracker may take this many times the limit of a step: they compile kernels."""
+IMPORT_TIMEOUT_S = 120.0
+"""Limit of the import of a tracker's class, with all that it imports and compiles [s]."""
 ANSWER_MAX = 10_000 * TRACK_BYTES
 """Longest answer of a program [bytes]; a longer one is taken for text on standard output."""
 OUTPUT_MAX = 1 << 28
@@ -213,8 +215,8 @@ class ClassFactory:
         self._idle: list[ChildProcess] = []
         try:
             child, self.documentation = self._loaded()
-        except (ChildError, ChildTimeoutError) as error:
-            raise DeviceError(f"--tracker {spec}: {error or 'its import does not end'}") from error
+        except ChildError as error:
+            raise DeviceError(f"--tracker {spec}: {error}") from error
         self._idle.append(child)
 
     def start(self, config: TrackerConfig, limit_s: float) -> "ClassTracker":
@@ -225,8 +227,13 @@ class ClassFactory:
     def _loaded(self) -> tuple[ChildProcess, str]:
         """Return a process that has imported the code, and the first line of the tracker's documentation."""
         child = child_process.python("luxloop.scenarios.run.tracker_server")
-        deadline = time.monotonic() + START_FACTOR * STEP_TIMEOUT_S
-        _, body = _ask(child, ("load", (self.spec, self._folder)), deadline)
+        try:
+            _, body = _ask(child, ("load", (self.spec, self._folder)), time.monotonic() + IMPORT_TIMEOUT_S)
+        except ChildTimeoutError as error:
+            child.close()
+            raise ChildError(
+                f"its import took more than {IMPORT_TIMEOUT_S:g} s; leave slow work to its start"
+            ) from error
         return child, body.decode(errors="replace")
 
     def __str__(self) -> str:

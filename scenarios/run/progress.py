@@ -8,7 +8,6 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import TypeVar
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -22,6 +21,8 @@ from rich.progress import (
 from rich.progress_bar import ProgressBar
 from rich.text import Text
 
+from luxloop.console import PrintableConsole
+from luxloop.printable import print_text
 from luxloop.sim.source import StartReport, StartStatus
 
 _Item = TypeVar("_Item")
@@ -106,13 +107,13 @@ class _Lines:
 
 
 def _print_line(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    print_text(line, file=sys.stderr, flush=True)
 
 
 @contextmanager
 def start(name: str) -> Iterator[StartReport]:
     """Show the progress of a source until frame 0, in a log what takes long. Yields the function for its reports."""
-    console = Console(stderr=True)
+    console = PrintableConsole(stderr=True)
     if not console.is_terminal and _wanted():
         lines = _Lines(name)
         try:
@@ -126,7 +127,7 @@ def start(name: str) -> Iterator[StartReport]:
         yield lambda status: bar.update(task, description=f"{name}: {status.activity}", status=status)
 
 
-def _shown(console: Console) -> bool:
+def _shown(console: PrintableConsole) -> bool:
     """Return True if a bar is wanted and can be shown."""
     return console.is_terminal and _wanted()
 
@@ -138,7 +139,7 @@ def _wanted() -> bool:
 
 def frames(count: int, dt: float, name: str) -> Iterator[int]:
     """Yield 0 to `count` - 1 and show the progress; frames are `dt` [s] apart."""
-    console = Console(stderr=True)
+    console = PrintableConsole(stderr=True)
     columns = (
         TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("frames"),
         _RealTimeFactor(dt), TimeRemainingColumn(),
@@ -149,7 +150,7 @@ def frames(count: int, dt: float, name: str) -> Iterator[int]:
 
 def steps(name: str, count: int | None, what: str, items: Iterable[_Item]) -> Iterator[_Item]:
     """Yield `items` and show the progress; `count` of `what`, or None for an unknown number."""
-    console = Console(stderr=True)
+    console = PrintableConsole(stderr=True)
     columns = (
         TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn(what),
         TimeElapsedColumn(), TimeRemainingColumn(),
@@ -164,7 +165,7 @@ def runs(name: str, count: int, done: int = 0) -> Iterator[Callable[[int], None]
 
     Yields a function that takes the number of newly finished runs.
     """
-    console = Console(stderr=True)
+    console = PrintableConsole(stderr=True)
     columns = (
         TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("runs"),
         TimeElapsedColumn(), TextColumn("remaining"), TimeRemainingColumn(),

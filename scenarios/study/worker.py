@@ -2,11 +2,13 @@
 
 import json
 import socket
+import sys
 import time
 import traceback
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from luxloop.printable import print_text
 from luxloop.scenarios.errors import OutputError, StudyError
 from luxloop.scenarios.exit_codes import INTERNAL_ERROR, ExitCode, explain, is_full
 from luxloop.scenarios.files.shipped import CATALOG
@@ -72,7 +74,7 @@ def _reason(error: Exception) -> str:
     place = f"{Path(where.filename).name}:{where.lineno}"
     if place not in _printed:
         _printed.add(place)
-        traceback.print_exception(error)
+        print_text("".join(traceback.format_exception(error)), sys.stderr, end="")
     return f"{INTERNAL_ERROR}{type(error).__name__}: {error} ({place})"
 
 

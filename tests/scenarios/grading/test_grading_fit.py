@@ -3,10 +3,11 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import pandas as pd
 import pytest
 from support.frames import Body, Scripted, grade_run, observe, trace_of, world_frame
 
-from luxloop.scenarios.grading.fit_errors import measure
+from luxloop.scenarios.grading.fit_errors import BOX, TRUE_BOX, errors, measure
 from luxloop.scenarios.grading.grader import Grader
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.metrics.definitions import standard_names
@@ -205,3 +206,16 @@ def test_rotation_about_the_centre_moves_the_corner_by_the_chord():
     metrics, _, _ = grade_trace([[Body(0, 30.0, 0.0)]], partial(trace_of, turn_deg=(6.0,) * len(METHODS)))
     chord = math.hypot(4.6, 1.8) * math.sin(math.radians(3.0))
     assert metrics["fit.position_abs_mean_m{method=area}"].value == pytest.approx(chord)
+
+
+@pytest.mark.parametrize("quarters", [0, 1, 2, 3, -5])
+def test_a_side_that_was_taken_for_the_front_exchanges_the_extents_of_a_rectangle(quarters):
+    """A rectangle 0.2 m too short and 0.1 m too wide about the right centre, its heading off by quarter turns."""
+    sides = (4.4, 1.9) if quarters % 2 == 0 else (1.9, 4.4)
+    box = dict(zip(BOX, (20.0, 3.0, 0.2 + quarters * np.pi / 2, *sides), strict=True))
+    true = dict(zip(TRUE_BOX, (20.0, 3.0, 0.2, 4.6, 1.8), strict=True))
+    fits = pd.DataFrame([{**box, **true, "seen_length_m": 4.6, "seen_width_m": 1.8, "box_heading_ego_rad": 0.2}])
+    (found,) = errors(fits).to_dict("records")
+    assert (found["extent_along_error_m"], found["extent_across_error_m"]) == pytest.approx((-0.2, 0.1))
+    assert (found["corner_along_error_m"], found["corner_across_error_m"]) == pytest.approx((-0.1, 0.05))
+    assert found["heading_error_deg"] == pytest.approx(0.0, abs=1e-9)

@@ -9,7 +9,7 @@ from support.frames import DT, Body, Scripted, follow, grade_run
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.grading_config import GradingConfig
-from luxloop.scenarios.grading.occlusions import COLUMNS, STATIC, manoeuvre, occlusion_table
+from luxloop.scenarios.grading.occlusions import COLUMNS, STATIC, UnitView, manoeuvre, occlusion_table
 from luxloop.scenarios.run import device, loop
 from luxloop.scenarios.run.device import SHIPPED
 from luxloop.sim.world import Kind
@@ -49,6 +49,15 @@ def test_the_blocker_with_most_points_between_unit_and_vehicle_is_named(side):
     assert row["position_error_m"] == pytest.approx(0.4)
     assert row["heading_error_deg"] == pytest.approx(0.0)
     assert metrics["track.occlusion_survival"].n == 1
+
+
+def test_points_are_in_front_of_a_turned_box_between_its_outermost_corners():
+    """A truck of 16 m, turned by 0.5 rad: its corners as complex numbers, seen from a unit at (1, -2)."""
+    corners = 20.0 + np.array([8 + 1.25j, 8 - 1.25j, -8 - 1.25j, -8 + 1.25j]) * np.exp(0.5j)
+    bearing = np.angle(corners - (1 - 2j))
+    points = np.array([bearing.min() - 0.01, bearing.min() + 0.01, bearing.max() - 0.01, bearing.max() + 0.01, 0.1])
+    view = UnitView(np.array([1.0, -2.0]), np.arange(5), np.array([5.0, 5.0, 5.0, 5.0, 30.0]), points)
+    assert view.in_front(np.array([20.0, 0.0, 0.5, 16.0, 2.5])).tolist() == [1, 2]
 
 
 def test_another_track_is_a_switch_and_no_points_in_between_is_an_unnamed_blocker():

@@ -50,7 +50,7 @@ def test_sweeps_outside_the_poses_are_left_out():
     assert found[0].ego_pose_odom.tolist() == [0.0, 0.0, 0.0]
 
 
-@pytest.mark.parametrize("offsets", [(0.0, 0.0), (0.0, 2e-7)])
+@pytest.mark.parametrize("offsets", [(0.0, 0.0), (0.0, 2e-7), (3.0, 3.5)])
 def test_a_given_sweep_time_replaces_wrong_times_of_points(offsets):
     found, _ = scans([sweep(10.0, offsets=offsets)], sweep_time_s=0.1)
     assert found[0].time_offset == pytest.approx([-0.05, 0.05])

@@ -10,7 +10,7 @@ from support import short_run
 from support.paths import EXAMPLES, ROOT
 
 from luxloop.scenarios.cli import main
-from luxloop.scenarios.run import child_process
+from luxloop.scenarios.run import child_process, process_tracker
 
 ROGUE = ROOT / "tests" / "support" / "rogue_process.py"
 FAULTS = {
@@ -82,6 +82,15 @@ def test_a_broken_protocol_is_one_line_with_exit_code_4(fault, folder, capfd, mo
 def test_a_command_that_cannot_be_started_is_bad_input(spec, message, capfd):
     assert main(["run", "short.toml", "--tracker", spec]) == 2
     assert message in capfd.readouterr().err
+
+
+def test_an_import_that_does_not_end_is_one_line_and_its_process_ends(folder, capfd, monkeypatch):
+    monkeypatch.setattr(process_tracker, "IMPORT_TIMEOUT_S", 0.5)
+    (folder / "slow.py").write_text('import subprocess\nsubprocess.run(["sleep", "1000.125"])\n', encoding="utf-8")
+    assert main(["run", "short.toml", "--tracker", "slow.py:Tracker"]) == 2
+    said = "--tracker slow.py:Tracker: its import took more than 0.5 s; leave slow work to its start"
+    assert capfd.readouterr() == ("", f"luxloop: error: {said}\n")
+    assert sleepers() == []
 
 
 @pytest.mark.usefixtures("folder")

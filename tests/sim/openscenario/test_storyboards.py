@@ -121,14 +121,21 @@ def test_a_lane_change_over_a_distance_may_cross_the_centre(tmp_path):
 
 
 def test_a_distance_is_kept_within_the_limits(tmp_path):
-    """Follow at 2 s behind a lead at 10 m/s, bumper to bumper: 20 m of free space plus 4.8 m of body."""
+    """Follow at 2 s behind a lead at 10 m/s, bumper to bumper: 20 m of free space plus 4.8 m of body.
+
+    At first 45.2 m are free, little more than 2 s at 20 m/s: the ego brakes at once.
+    """
     follow = (
         '<PrivateAction><LongitudinalAction><LongitudinalDistanceAction entityRef="Lead" timeGap="2" freespace="true" '
         'continuous="true"><DynamicConstraints maxAcceleration="2" maxDeceleration="4" maxSpeed="40"/>'
         "</LongitudinalDistanceAction></LongitudinalAction></PrivateAction>"
     )
     run = start(tmp_path, document(TWO, act(event(follow))))
-    fastest, before = 0.0, 20.0
+    run.advance(STEP_S)
+    assert run.travellers["Ego"].speed == pytest.approx(20 - 4 * STEP_S), (
+        "2 s at its own speed are 40 m, 45.2 m are free"
+    )
+    fastest, before = 0.0, run.travellers["Ego"].speed
     while run.time < 25:
         run.advance(STEP_S)
         now = run.travellers["Ego"].speed
@@ -258,6 +265,18 @@ def test_roads_are_followed_through_links_and_opposite_directions(tmp_path):
     assert "Ego" not in run_to(run, 12.0).travellers, "the entity leaves where the roads end"
 
 
+def test_a_lane_change_goes_on_in_a_road_that_is_written_backwards(tmp_path):
+    """Half way to lane -2 the ego enters the second road, whose left lanes continue those on the right."""
+    links = (lane(-n, link=f'<successor id="{n}"/>') for n in (1, 2))
+    one = road(sections=section(right=links), link='<successor elementType="road" elementId="2" contactPoint="end"/>')
+    backwards = f'<geometry s="0" x="700" y="0" hdg="{math.pi}" length="200"><line/></geometry>'
+    two = road(backwards, section(left=[lane(2), lane(1)]), 200, "2")
+    text = document({"Ego": at(480) + speed(20)}, act(event(lane_change(-2, "linear", over=2))))
+    ego = run_to(start(tmp_path, text, one, two), 1.5).travellers["Ego"]
+    assert (ego.road.id, ego.lane) == ("2", 2)
+    assert ego.pose[1] == pytest.approx(-1.75 - 3.5 * 0.75, abs=0.02)
+
+
 def test_a_headway_is_measured_across_roads(tmp_path):
     one = road(
         sections=section(right=[lane(-1, link='<successor id="-1"/>')]),
@@ -323,9 +342,12 @@ def test_positions_relative_to_an_entity_and_in_the_world(tmp_path):
         "Ego": at(100),
         "World": place('<WorldPosition x="200" y="-5" h="0"/>'),
         "Oncoming": place('<RelativeObjectPosition entityRef="Ego" dx="50" dy="3"/>'),
+        "Left": at(300, lane=1),
+        "BehindLeft": place('<RelativeLanePosition entityRef="Left" dLane="0" ds="-20"/>'),
     }
     placed = start(tmp_path, document(entities)).travellers
     assert list(placed) == list(entities)
     assert placed["Behind"].pose == pytest.approx((80.0, -5.25 + 0.5, 0.0))
     assert (placed["World"].pose, placed["World"].lane) == (pytest.approx((200.0, -5.0, 0.0)), -2)
     assert placed["Oncoming"].pose[:2] == pytest.approx((150.0, 1.25))
+    assert placed["BehindLeft"].pose[:2] == pytest.approx((320.0, 1.75))

@@ -151,10 +151,12 @@ REAR = view((0.1, 1.7), exact=(True, True))
 FAR = LEFT_MARGIN_M + 0.1
 
 
-def test_three_successive_views_of_an_end_away_from_its_first_place_are_motion():
-    assert not moved(REAR, [(0, 0), (FAR, 0), (FAR, 0)], (4.0, 1.7))
-    assert moved(REAR, [(0, 0), (FAR, 0), (FAR, 0), (FAR, 0)], (4.0, 1.7))
-    assert not moved(REAR, [(0, 0), *[(FAR, 0), (FAR, 0), (0, 0)] * 5], (4.0, 1.7))
+@pytest.mark.parametrize("sign", [-1, 1], ids=["rear", "front"])
+def test_three_successive_views_of_an_end_away_from_its_first_place_are_motion(sign):
+    end = REAR._replace(sign=np.array([sign, sign]))
+    assert not moved(end, [(0, 0), (FAR, 0), (FAR, 0)], (4.0, 1.7))
+    assert moved(end, [(0, 0), (FAR, 0), (FAR, 0), (FAR, 0)], (4.0, 1.7))
+    assert not moved(end, [(0, 0), *[(FAR, 0), (FAR, 0), (0, 0)] * 5], (4.0, 1.7))
 
 
 def test_an_end_within_the_margin_has_not_moved():
