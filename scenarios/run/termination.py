@@ -18,7 +18,7 @@ SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if 
 SAME_S = 1.0
 """[s] A further SIGTERM or SIGHUP within this time belongs to the first: a terminal that closes sends two."""
 LATER_S = 0.05
-"""[s] An interrupt inside an import is tried again after this time."""
+"""[s] An interrupt inside `UNINTERRUPTIBLE` frames is tried again after this time."""
 
 
 @dataclass
@@ -29,6 +29,14 @@ class Received:
     """Number of the signal, 0 if none arrived."""
     at_s: float = -SAME_S
     """Time of its arrival on the monotonic clock [s]."""
+    waits: bool = False
+    """It waits for the end of `UNINTERRUPTIBLE` frames; a timer looks again."""
+
+    def stop_waiting(self) -> None:
+        """Stop the timer of a signal that waits."""
+        if self.waits:
+            self.waits = False
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
 
     @property
     def exit_code(self) -> int:
@@ -38,8 +46,9 @@ class Received:
 
 Handler = Callable[[int, FrameType | None], Any] | int | None
 """What `signal.signal` takes and returns."""
-_IMPORT_FILE = "<frozen importlib._bootstrap>"
-"""File of the frames in which CPython imports a module."""
+UNINTERRUPTIBLE = ("<frozen importlib._bootstrap>", f"{os.sep}llvmlite{os.sep}")
+"""Parts of the file names of frames that must end: CPython's import of a module, and llvmlite, which frees a module of
+LLVM twice if it is interrupted while another object becomes its owner."""
 _handled: list[Received] = []
 """Signals of the active `as_interrupts` contexts, the innermost last."""
 
@@ -66,9 +75,8 @@ def start_resource_tracker() -> None:
 def as_interrupts() -> Iterator[Received]:
     """Raise a KeyboardInterrupt in the body for all of these signals that are not ignored, as `nohup` does.
 
-    One that arrives inside an import is raised after it: an extension module whose start is interrupted may crash the
-    process, and CPython may keep the lock of imports. One that arrives in a destructor is lost without a report;
-    `raise_lost` raises it again.
+    One that arrives inside an import, or inside llvmlite, is raised after it: they may crash the process otherwise, or
+    keep a lock. One that arrives in a destructor is lost without a report; `raise_lost` raises it again.
     """
     received = Received()
     earlier: dict[int, Handler] = {}
@@ -77,15 +85,15 @@ def as_interrupts() -> Iterator[Received]:
         same = time.monotonic() - received.at_s < SAME_S
         received.number, received.at_s = number, time.monotonic()
         if not same or number == signal.SIGINT:
-            interrupt_now_or_later(number, frame)
+            raise_or_wait(number, frame)
 
-    def interrupt_now_or_later(_number: int, frame: FrameType | None) -> None:
-        later = _is_importing(frame)
-        if later:
-            earlier.setdefault(signal.SIGALRM, signal.signal(signal.SIGALRM, interrupt_now_or_later))
-        if signal.SIGALRM in earlier:
-            signal.setitimer(signal.ITIMER_REAL, LATER_S if later else 0.0)
-        if not later:
+    def raise_or_wait(_number: int, frame: FrameType | None) -> None:
+        if _must_end(frame):
+            earlier.setdefault(signal.SIGALRM, signal.signal(signal.SIGALRM, raise_or_wait))
+            received.waits = True
+            signal.setitimer(signal.ITIMER_REAL, LATER_S)
+        else:
+            received.stop_waiting()
             raise KeyboardInterrupt
 
     used = [number for number in SIGNALS if in_main_thread() and signal.getsignal(number) is not signal.SIG_IGN]
@@ -100,15 +108,14 @@ def as_interrupts() -> Iterator[Received]:
         _handled.pop()
         if used:
             sys.unraisablehook = report_unraisable
-        if signal.SIGALRM in earlier:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        received.stop_waiting()
         for number, handler in earlier.items():
             signal.signal(number, handler or signal.SIG_DFL)
 
 
-def _is_importing(frame: FrameType | None) -> bool:
-    """Return True if a module is being imported in this frame or in a caller's."""
-    while frame and frame.f_code.co_filename != _IMPORT_FILE:
+def _must_end(frame: FrameType | None) -> bool:
+    """Return True if this frame or one of its callers is of `UNINTERRUPTIBLE` code."""
+    while frame and not any(part in frame.f_code.co_filename for part in UNINTERRUPTIBLE):
         frame = frame.f_back
     return frame is not None
 
@@ -139,6 +146,8 @@ def raise_lost() -> None:
     enumeration is Python code, in which a signal may arrive. Python drops every error of a destructor.
     """
     if any(received.number for received in _handled):
+        for received in _handled:
+            received.stop_waiting()
         raise KeyboardInterrupt
 
 

@@ -60,11 +60,29 @@ while time.monotonic() < began + 0.2:  # longer than the interrupt waits before 
     pass
 complete = True
 """
+DONE = list[bool]()
 
 
 def import_and_wait(module):
     importlib.import_module(module)
     signal.sigtimedwait([], 10.0)  # ends early at a signal
+
+
+def run_and_wait(path):
+    exec(compile(path.read_text(), path, "exec"), {"done": DONE})
+    signal.sigtimedwait([], 10.0)
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_an_interrupt_inside_llvmlite_waits_for_its_end(name, tmp_path):
+    """It frees a module of LLVM twice if it is interrupted while another object becomes the module's owner."""
+    file = tmp_path / "llvmlite" / "ffi.py"
+    file.parent.mkdir()
+    file.write_text(INTERRUPTED_MODULE.format(name=name) + "done.append(complete)\n")
+    DONE.clear()
+    with as_interrupts(), pytest.raises(KeyboardInterrupt):
+        run_and_wait(file)
+    assert DONE == [True]
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
