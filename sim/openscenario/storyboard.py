@@ -116,7 +116,27 @@ class DistanceAction:
     """[m/s^2], [m/s^2], [m/s] Largest values."""
 
 
-Action = SpeedAction | LaneChangeAction | DistanceAction
+@dataclass(frozen=True, slots=True)
+class RouteAction:
+    """Way through junctions, by the shortest way from each position to the next."""
+
+    places: tuple[Place, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryAction:
+    """Way along a polyline."""
+
+    places: tuple[Place, ...]
+    times: tuple[float, ...] | None
+    """[s] Time at each position; None if the entity's own speed determines it."""
+    absolute: bool
+    """Times are simulation times, not times since the beginning of the action."""
+    skipped: float
+    """[m] Length of the polyline before the entity."""
+
+
+Action = SpeedAction | LaneChangeAction | DistanceAction | RouteAction | TrajectoryAction
 
 
 @dataclass(frozen=True, slots=True)
