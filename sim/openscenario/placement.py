@@ -62,8 +62,7 @@ def require_places(board: Storyboard, network: RoadNetwork) -> None:
     for one in board.conditions():
         if isinstance(one.test, EntityCondition) and isinstance(one.test.place, LanePlace):
             _road(network, one.test.place, one.source)
-    steps = [one for story in board.stories for one in story.all()]
-    for _, action, source in [*board.actions, *(entry for step in steps for entry in step.actions)]:
+    for _, action, source in board.all_actions():
         for place in action.places if isinstance(action, RouteAction | TrajectoryAction) else ():
             if isinstance(place, LanePlace):
                 _road(network, place, source)
@@ -98,7 +97,7 @@ def trajectory(
     Raises
     ------
     TrafficInputError
-        It begins elsewhere than the entity is, or drives backwards.
+        It begins elsewhere than the entity is, or drives backwards between positions that are not all in the world.
     """
     vertices = [
         (*point(place, own.network, placed, source), place.heading if isinstance(place, WorldPlace) else None)
@@ -107,19 +106,25 @@ def trajectory(
     times = action.times
     if times is not None and action.absolute:
         times = tuple(one - time for one in times)
-    found = Trajectory(vertices, times, action.skipped, source)
+    found = Trajectory(vertices, times, action.skipped)
+    if found.reverses and not action.reverses:
+        raise source.error("drives backwards, for which all positions should be a WorldPosition")
     if (apart := math.dist(found.pose[:2], own.pose[:2])) > JUMP_M:
         raise source.error(f"begins {apart:.1f} m from the entity at {time:.2f} s, but bodies cannot jump")
     return found
 
 
 def leave_trajectory(own: Traveller) -> bool:
-    """Put an entity on the lane under its trajectory; if there is none in its direction, it stands: return False."""
+    """Put an entity on the lane under its trajectory; if there is none in its direction, it stands: return False.
+
+    It stands also at the end of a way backwards.
+    """
     x, y, heading = own.pose
     road, s, t = own.network.nearest(x, y)
     lane = road.lane_at(s, t)
     angle = math.remainder(heading - road.pose(s, t)[2], 2 * math.pi)
-    if lane is None or min(abs(angle), math.pi - abs(angle)) > ALIGNED_RAD:
+    backwards = own.trajectory is not None and own.trajectory.backwards
+    if lane is None or backwards or min(abs(angle), math.pi - abs(angle)) > ALIGNED_RAD:
         own.speed = 0.0
         return False
     own.route = []

@@ -4,8 +4,6 @@ import math
 from bisect import bisect_right
 from itertools import accumulate, pairwise
 
-from luxloop.sim.xml_tree import XmlElement
-
 STANDING_M = 1e-6
 """[m] Shorter steps do not define a course."""
 
@@ -23,13 +21,6 @@ class Trajectory:
         Times [s] of the vertices since the beginning of the action; None for the entity's own speed.
     skipped
         Length [m] of the polyline before the entity; unused with times.
-    source
-        Element for messages.
-
-    Raises
-    ------
-    TrafficInputError
-        The entity would drive backwards.
     """
 
     def __init__(
@@ -37,7 +28,6 @@ class Trajectory:
         vertices: list[tuple[float, float, float | None]],
         times: tuple[float, ...] | None,
         skipped: float,
-        source: XmlElement,
     ):
         self._vertices, self._times = vertices, times
         steps = [math.dist(a[:2], b[:2]) for a, b in pairwise(vertices)]
@@ -45,9 +35,16 @@ class Trajectory:
         self._courses = _courses(vertices, steps)
         self._elapsed = 0.0
         self.travelled = skipped if times is None else self._length_now(times)
-        for course, (_, _, heading) in zip(self._courses, vertices, strict=False):
-            if heading is not None and math.cos(heading - course) < 0:
-                raise source.error("drives backwards, which is not supported; turn h into the direction of the motion")
+
+    @property
+    def reverses(self) -> bool:
+        """True if the entity drives backwards on a part of the polyline."""
+        return any(map(self._is_backwards, range(len(self._courses))))
+
+    @property
+    def backwards(self) -> bool:
+        """True if the entity drives backwards now."""
+        return self._is_backwards(_segment(self._lengths, self.travelled))
 
     @property
     def timed(self) -> bool:
@@ -91,6 +88,10 @@ class Trajectory:
         else:
             self.travelled = min(before + distance, self._lengths[-1])
         return self.travelled - before
+
+    def _is_backwards(self, segment: int) -> bool:
+        heading = self._vertices[segment][2]
+        return heading is not None and math.cos(heading - self._courses[segment]) < 0
 
     def _length_now(self, times: tuple[float, ...]) -> float:
         n = _segment(times, self._elapsed)

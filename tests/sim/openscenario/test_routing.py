@@ -82,6 +82,11 @@ def trajectory(*vertices, timing="<None/>", keys="", inner=""):
     )
 
 
+def backwards_in_lanes():
+    ahead = trajectory((50, -1.75, 0, 3.1), (70, -1.75, 1))
+    return ahead.replace('<WorldPosition x="70" y="-1.75"/>', '<LanePosition roadId="1" laneId="-1" s="70"/>')
+
+
 RELATIVE = '<Timing domainAbsoluteRelative="relative" scale="1" offset="0"/>'
 
 
@@ -182,7 +187,7 @@ def test_times_on_the_clock_of_the_simulation_are_scaled_and_shifted(tmp_path):
             trajectory((50, -1.75, 1), (70, -1.75, 1), timing=RELATIVE),
             "time = 1 should be later than that of the vertex",
         ),
-        (trajectory((50, -1.75, 0, 3.1), (70, -1.75, 1, 3.1)), "drives backwards, which is not supported"),
+        (backwards_in_lanes(), "drives backwards, for which all positions should be a WorldPosition"),
     ],
 )
 def test_what_cannot_be_driven_is_one_line(action, expected, tmp_path):
@@ -213,3 +218,17 @@ def test_the_truth_follows_a_trajectory(tmp_path):
     heading = math.atan2(-1.75 * math.pi / 80 * math.sin(math.pi * (x - 50) / 80), 1)
     y = -1.75 - 1.75 * (1 - math.cos(math.pi * (x - 50) / 80))
     assert centre == pytest.approx((x + 1.4 * math.cos(heading), y + 1.4 * math.sin(heading)), abs=0.15)
+
+
+def test_the_truth_reverses_out_of_the_lane(tmp_path):
+    """2 m/s backwards to another lane, where the entity stands; a body that rolls forwards would turn around."""
+    back = trajectory(*((60 - x, -1.75 - 0.02 * x**2, x / 2, 0.04 * x) for x in range(11)), timing=RELATIVE)
+    start(tmp_path, document({"Ego": at(20) + speed(1), "Other": at(60) + back}), *crossing())
+    source = OpenScenarioSource(OpenScenarioTraffic(file="a.xosc", ego="Ego"), tmp_path, 200.0)
+    source.reset(1)
+    frames = [source.step() for _ in range(90)]
+    source.close()
+    assert max(np.hypot(*frame.actors.deviation[0]) for frame in frames) < 0.1
+    assert frames[40].actors.velocity_world[0] @ [math.cos(0.3), math.sin(0.3)] == pytest.approx(-2, abs=0.1)
+    assert frames[-1].actors.pose_world[0, 2] == pytest.approx(0.4, abs=0.01)
+    assert not frames[-1].actors.velocity_world[0].any()
