@@ -73,8 +73,14 @@ class ExitCode(IntEnum):
     INTERRUPTED = termination.CTRL_C
 
 
+NO_FOLDER = "cannot cache function"
+"""Begin of numba's message where it finds no folder for compiled kernels, at the import of a kernel."""
+
+
 def explain(error: BaseException) -> tuple[ExitCode, str]:
     """Return the exit code of an error, and its message; `INTERNAL` is every error that no user can correct."""
+    if isinstance(error, RuntimeError) and str(error).startswith(NO_FOLDER):
+        return ExitCode.BAD_INPUT, "no folder for compiled kernels can be written; set NUMBA_CACHE_DIR to one that can"
     from luxloop.sensor_model.rig.rig import RigError
     from luxloop.sim.source import SimulatorFailedError, TrafficError
 

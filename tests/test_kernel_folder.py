@@ -5,9 +5,11 @@ import subprocess
 import sys
 import tempfile
 
+import numba
 import pytest
 
 from luxloop import kernel_folder
+from luxloop.scenarios.exit_codes import ExitCode, explain
 
 
 @pytest.fixture
@@ -59,3 +61,14 @@ def test_the_package_chooses_before_numba_is_imported():
     program = "import sys, luxloop; print('luxloop.kernel_folder' in sys.modules, 'numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["True", "False"]
+
+
+def test_without_any_folder_one_line_names_the_variable():
+    """The error is that of numba itself, for a function without a file and so without a folder."""
+    names = {}
+    exec(compile("def function(): pass", "<no file>", "exec"), names)
+    with pytest.raises(RuntimeError) as error:
+        numba.njit(cache=True)(names["function"])
+    code, line = explain(error.value)
+    assert (code, "NUMBA_CACHE_DIR" in line) == (ExitCode.BAD_INPUT, True)
+    assert explain(RuntimeError("another"))[0] == ExitCode.INTERNAL

@@ -19,7 +19,7 @@ def view(
         typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote, or a recording of `luxloop report`."),
     ],
     frame: Annotated[int | None, typer.Option(help="Start at this frame instead of the worst one.")] = None,
-    web: Annotated[bool, typer.Option("--web", help="Open in a browser (starts at the last frame).")] = False,
+    web: Annotated[bool, typer.Option("--web", help="Open in a browser (starts at the first frame).")] = False,
     analytics: Annotated[
         bool,
         typer.Option("--analytics", help="Let the viewer send statistics of its use, if its own settings allow that."),

@@ -1,6 +1,6 @@
 """Regrading of a run without simulation: from its tables, or from its scans and other tracks."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -76,8 +76,10 @@ class Regrader:
             The run has no scans; the file has an invalid layout.
         """
         scans = self._run.scans()
-        with guarded(TrackFile(path, scans.time_s).as_device, self._run.scenario.tracker) as tracks:
-            return self._replay(scans, tracks, str(path), timed=False)
+        file = TrackFile(path, scans.time_s)
+        with guarded(file.as_device, self._run.scenario.tracker) as tracks:
+            result = self._replay(scans, tracks, str(path), timed=False)
+        return replace(result, warnings=(*result.warnings, *file.warnings))
 
     def tracker(self, make_device: DeviceFactory, name: str, step_timeout_s: float = STEP_TIMEOUT_S) -> Result:
         """Run a tracker on the run's scans and grade it; a separate instance compiles the kernels before timing.

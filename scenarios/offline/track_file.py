@@ -168,6 +168,8 @@ def _small(path: Path, table: pd.DataFrame) -> dict[str, Bools]:
 
 TIME_TOLERANCE_S = 1e-3
 """[s] Tolerance between the time of a row and of its scan: programs round times."""
+WITHOUT_ROWS_MAX = 0.05
+"""Fraction of the scans after the first row that have no row, above which a warning says so."""
 
 
 class TrackFile:
@@ -190,6 +192,8 @@ class TrackFile:
         rows = read(path)
         frame = _frames(path, rows, time_s)
         _refuse_duplicates(path, rows["track_id"].to_numpy(), frame)
+        self.warnings = _scans_without_rows(path, frame, len(time_s))
+        """At most one line, on scans without tracks."""
         order = np.argsort(frame, kind="stable")
         ends = np.searchsorted(frame[order], np.arange(1, len(time_s)))
         self._tracks_by_frame: Iterator[pd.DataFrame] = iter([rows.iloc[part] for part in np.split(order, ends)])
@@ -216,6 +220,18 @@ def _frames(path: Path, rows: pd.DataFrame, time_s: Floats) -> Ints:
     near = np.abs(time - time_s[nearest]) <= TIME_TOLERANCE_S
     require(path, rows["time_s"], near, "no scan is within 1 ms of it; see time_s in scans.parquet")
     return nearest
+
+
+def _scans_without_rows(path: Path, frame: Ints, count: int) -> tuple[str, ...]:
+    """Return a line on the scans of `count` without rows of tracks, if they are many."""
+    known = np.unique(frame)
+    after = count - int(known[0]) if len(known) else 0
+    if after - len(known) <= WITHOUT_ROWS_MAX * after:
+        return ()
+    return (
+        f"{path}: {after - len(known)} of the {after} scans from frame {known[0]} on have no tracks, so vehicles in "
+        "them count as missed; if the tracker skips scans, give its tracks in them, too",
+    )
 
 
 def _refuse_duplicates(path: Path, track_id: Ints, frame: Ints) -> None:

@@ -186,7 +186,9 @@ def grade_recording(
         raise InputError(f"{folder}: has no true poses to grade by; import it with --truth, or use luxloop track")
     rules = rules_of(recording, scenario)
     if tracks:
-        with guarded(TrackFile(tracks, recording.time_s).as_device, rules.tracker) as device_of_file:
-            return grade_device(recording, device_of_file, rules, str(tracks), timed=False)
+        file = TrackFile(tracks, recording.time_s)
+        with guarded(file.as_device, rules.tracker) as device_of_file:
+            result = grade_device(recording, device_of_file, rules, str(tracks), timed=False)
+        return replace(result, warnings=file.warnings)
     name = tracker or device.SHIPPED
     return run_tracker(recording, device.load(name), rules, name, step_timeout_s=step_timeout_s)

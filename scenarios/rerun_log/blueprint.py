@@ -109,12 +109,15 @@ def layout(*, controlled: bool = False) -> "rrb.Blueprint":
 
 
 def arranged(scenes: "rrb.Container | rrb.View", figures: "rrb.Container") -> "rrb.Blueprint":
-    """Return a layout with the scene on the left and figures on the right; panels are collapsed."""
+    """Return a layout with the scene on the left and figures on the right; panels are collapsed.
+
+    It is paused, because a viewer in a browser would otherwise follow the recording to its last frame.
+    """
     import rerun.blueprint as rrb
 
     return rrb.Blueprint(
         rrb.Horizontal(scenes, figures, column_shares=[1.7, 1]),
-        rrb.TimePanel(timeline="sim_time", state="collapsed"),
+        rrb.TimePanel(timeline="sim_time", state="collapsed", play_state="paused"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
     )

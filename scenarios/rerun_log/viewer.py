@@ -1,7 +1,7 @@
 """Rerun viewer, opened at a given time of a recording.
 
 A recording cannot set the start of the viewer's time cursor. The cursor is therefore set after loading. In a browser
-this is not possible.
+this is not possible: there, a paused recording starts at its first frame.
 """
 
 import json
@@ -78,7 +78,7 @@ def show(recording: Path, at_s: float | None, *, web: bool = False, analytics: b
     at_s
         Simulated time of the cursor [s]; None does not set it.
     web
-        Open in a browser (starts at the last frame).
+        Open in a browser (starts at the first frame).
     analytics
         False keeps the viewer from sending statistics of its use; True leaves that to its own settings.
     """

@@ -1,5 +1,6 @@
 """All roads of an OpenDRIVE file, and the way from one lane to the next."""
 
+import heapq
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,7 +40,7 @@ class RoadNetwork:
     roads: dict[str, Road]
     junctions: dict[str, list[Connection]]
 
-    def next_lane(self, road: Road, lane: int, forward: int) -> NextLane | None:
+    def next_lane(self, road: Road, lane: int, forward: int, to: str | None = None) -> NextLane | None:
         """Return the lane that follows at the end of a road, or None at the end of the network.
 
         In a junction, the lane that goes most nearly straight ahead is taken.
@@ -50,19 +51,56 @@ class RoadNetwork:
             Lane that ends.
         forward
             1 if it is driven along the reference line, -1 if against it.
+        to
+            Only lanes of this road may follow; None for any.
         """
+        ways = [one for one in self._ways(road, lane, forward) if to in (None, one.road.id)]
+        heading = road.pose(road.length if forward > 0 else 0.0, 0.0)[2] + (0.0 if forward > 0 else math.pi)
+        return min(ways, key=lambda one: abs(_turn(one, heading)), default=None)
+
+    def shortest_way(self, road: Road, forward: int, goal: Road) -> list[tuple[Road, int]] | None:
+        """Return the roads after a road on the shortest way to another, with their directions; None without a way.
+
+        On each road all lanes of the direction are open, because entities may change lanes.
+        """
+        waiting: list[tuple[float, int, list[tuple[Road, int]]]] = [(0.0, 0, [(road, forward)])]
+        seen = set()
+        count = 0
+        while waiting:
+            length, _, way = heapq.heappop(waiting)
+            last, direction = way[-1]
+            if last is goal:
+                return way[1:]
+            if (last.id, direction) in seen:
+                continue
+            seen.add((last.id, direction))
+            for lane in self._end_lanes(last, direction):
+                for one in self._ways(last, lane, direction):
+                    count += 1
+                    heapq.heappush(waiting, (length + one.road.length, count, [*way, (one.road, one.forward)]))
+        return None
+
+    def lanes_to(self, road: Road, forward: int, to: str) -> list[int]:
+        """Return the lanes at the end of a road after which another road follows."""
+        return [lane for lane in self._end_lanes(road, forward) if self.next_lane(road, lane, forward, to)]
+
+    def _end_lanes(self, road: Road, forward: int) -> list[int]:
+        """Return the lanes of a direction at the end of a road."""
+        section = road.sections[-1 if forward > 0 else 0]
+        return sorted(lane for lane in section.lanes if lane and road.forward(lane) == forward)
+
+    def _ways(self, road: Road, lane: int, forward: int) -> list[NextLane]:
+        """Return the lanes that follow at the end of a lane of a road."""
         end = road.after if forward > 0 else road.before
         if end is None:
-            return None
+            return []
         section = road.sections[-1 if forward > 0 else 0]
         if end.kind == "road":
             found = [self._enter(end.id, section.follower(lane, forward), at_start=end.at_start)]
         else:
             ways = [one for one in self.junctions.get(end.id, []) if one.incoming == road.id]
             found = [self._enter(one.road, one.lanes.get(lane), at_start=one.at_start) for one in ways]
-        open_ways = [one for one in found if one is not None]
-        heading = road.pose(road.length if forward > 0 else 0.0, 0.0)[2] + (0.0 if forward > 0 else math.pi)
-        return min(open_ways, key=lambda one: abs(_turn(one, heading)), default=None)
+        return [one for one in found if one is not None]
 
     def nearest(self, x: float, y: float) -> tuple[Road, float, float]:
         """Return the road nearest to a point [m], with the position and the offset [m] to its left."""

@@ -1,6 +1,7 @@
 """Actions of OpenSCENARIO files."""
 
 from luxloop.sim.openscenario.catalogs import require_entity
+from luxloop.sim.openscenario.routing_elements import read_destination, read_route, read_trajectory
 from luxloop.sim.openscenario.storyboard import (
     Action,
     DistanceAction,
@@ -11,7 +12,10 @@ from luxloop.sim.openscenario.storyboard import (
 )
 from luxloop.sim.xml_tree import XmlElement
 
-SUPPORTED = "SpeedAction, LaneChangeAction, LongitudinalDistanceAction, and TeleportAction in Init"
+SUPPORTED = (
+    "SpeedAction, LaneChangeAction, LongitudinalDistanceAction, AssignRouteAction, AcquirePositionAction, "
+    "FollowTrajectoryAction, and TeleportAction in Init"
+)
 FLAGS = {"true": "yes", "1": "yes", "false": "", "0": ""}
 
 
@@ -31,6 +35,12 @@ def read_private_action(element: XmlElement, entities: dict[str, Entity]) -> tup
             return _lane_change(action, entities), action
         case "LongitudinalDistanceAction":
             return _distance(action, entities), action
+        case "AssignRouteAction":
+            return read_route(action, entities), action
+        case "AcquirePositionAction":
+            return read_destination(action, entities), action
+        case "FollowTrajectoryAction":
+            return read_trajectory(action, entities), action
         case "TeleportAction":
             raise action.error("is supported in Init only, since bodies cannot jump during a run; remove the event")
         case _:
@@ -40,7 +50,7 @@ def read_private_action(element: XmlElement, entities: dict[str, Entity]) -> tup
 def _innermost(element: XmlElement) -> XmlElement:
     """Return the action inside its group, such as a `<LongitudinalAction>`."""
     action = element.only()
-    while action.tag in ("LongitudinalAction", "LateralAction", "ControllerAction"):
+    while action.tag in ("LongitudinalAction", "LateralAction", "RoutingAction", "ControllerAction"):
         action = action.children[0] if action.tag == "ControllerAction" and action.children else action.only()
     return action
 

@@ -10,7 +10,12 @@ MOST_ROADS = 30
 
 
 def ahead_on_road(one: Traveller, other: Traveller) -> float | None:
-    """Return the distance [m] of another reference point ahead along the road, negative behind; None if not found."""
+    """Return the distance [m] of another reference point ahead along the road, negative behind; None if not found.
+
+    On a trajectory, an entity is on no lane.
+    """
+    if one.trajectory or other.trajectory:
+        return None
     if one.road is other.road:
         return one.forward * (other.s - one.s)
     ahead = _ahead(one, other)
@@ -23,8 +28,8 @@ def ahead_on_road(one: Traveller, other: Traveller) -> float | None:
 def _ahead(one: Traveller, other: Traveller) -> float | None:
     road, lane, forward = one.road, one.lane, one.forward
     distance = road.length - one.s if forward > 0 else one.s
-    for _ in range(MOST_ROADS):
-        following = one.network.next_lane(road, lane, forward)
+    for n in range(MOST_ROADS):
+        following = one.network.next_lane(road, lane, forward, one.route[n] if n < len(one.route) else None)
         if following is None:
             return None
         road, lane, forward = following.road, following.lane, following.forward

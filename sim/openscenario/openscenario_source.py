@@ -12,7 +12,7 @@ from luxloop.sim.kinematics import RawFrame, wrap_angle
 from luxloop.sim.missing_file import missing_file
 from luxloop.sim.opendrive.road_network import RoadNetwork, read_network
 from luxloop.sim.openscenario.openscenario_config import OpenScenarioTraffic
-from luxloop.sim.openscenario.storyboard import Storyboard
+from luxloop.sim.openscenario.storyboard import Storyboard, TrajectoryAction
 from luxloop.sim.openscenario.storyboard_elements import read_storyboard
 from luxloop.sim.openscenario.storyboard_run import StoryboardRun
 from luxloop.sim.origin import origin_near
@@ -67,7 +67,9 @@ class OpenScenarioSource:
         entities = [board.entities[name] for name in order]
         self._members = {one.name: roster.add(one.name, one.kind, one.size, one.name) for one in entities}
         self.origin = origin_near(np.array(self._run.travellers[self._config.ego].centre[:2]))
-        self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=True)
+        # Bodies that roll behind their fronts cannot reverse: if one of them does, all are only smoothed.
+        rolling = not any(isinstance(one, TrajectoryAction) and one.reverses for _, one, _ in board.all_actions())
+        self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=rolling)
         config = self._config
         self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, suspension=config.suspension)
         self._pushed, self._end = 0, ""

@@ -10,14 +10,20 @@ from luxloop.sim.openscenario.storyboard import (
     LanePlace,
     Place,
     RelativePlace,
+    RouteAction,
     Storyboard,
+    TrajectoryAction,
     WorldPlace,
 )
+from luxloop.sim.openscenario.trajectory import Trajectory
 from luxloop.sim.openscenario.traveller import Traveller
 from luxloop.sim.xml_tree import XmlElement
 
 ALIGNED_RAD = 0.35
 """[rad] Largest angle between a world position's heading and its lane. The entity then follows the lane."""
+
+JUMP_M = 1.0
+"""[m] Largest distance of an entity from the beginning of its trajectory."""
 
 
 def place_all(board: Storyboard, network: RoadNetwork) -> dict[str, Traveller]:
@@ -46,7 +52,7 @@ def place_all(board: Storyboard, network: RoadNetwork) -> dict[str, Traveller]:
 
 
 def require_places(board: Storyboard, network: RoadNetwork) -> None:
-    """Check that the lanes exist that conditions name.
+    """Check that the lanes exist that conditions, routes and trajectories name.
 
     Raises
     ------
@@ -56,6 +62,74 @@ def require_places(board: Storyboard, network: RoadNetwork) -> None:
     for one in board.conditions():
         if isinstance(one.test, EntityCondition) and isinstance(one.test.place, LanePlace):
             _road(network, one.test.place, one.source)
+    for _, action, source in board.all_actions():
+        for place in action.places if isinstance(action, RouteAction | TrajectoryAction) else ():
+            if isinstance(place, LanePlace):
+                _road(network, place, source)
+
+
+def route(own: Traveller, action: RouteAction, placed: dict[str, Traveller], source: XmlElement) -> list[str]:
+    """Return the ids of the roads after that of an entity, by the shortest way through the positions of a route.
+
+    Raises
+    ------
+    TrafficInputError
+        There is no way to a position.
+    """
+    way = [(own.road, own.forward)]
+    for place in action.places:
+        if isinstance(place, LanePlace):
+            goal = _road(own.network, place, source)
+        else:
+            goal = own.network.nearest(*point(place, own.network, placed, source))[0]
+        leg = own.network.shortest_way(*way[-1], goal)
+        if leg is None:
+            raise source.error(f"leads to road {goal.id}, to which there is no way from road {way[-1][0].id}")
+        way += leg
+    return [road.id for road, _ in way[1:]]
+
+
+def trajectory(
+    own: Traveller, action: TrajectoryAction, time: float, placed: dict[str, Traveller], source: XmlElement
+) -> Trajectory:
+    """Return the way of an entity along a trajectory that begins at a time [s].
+
+    Raises
+    ------
+    TrafficInputError
+        It begins elsewhere than the entity is, or drives backwards between positions that are not all in the world.
+    """
+    vertices = [
+        (*point(place, own.network, placed, source), place.heading if isinstance(place, WorldPlace) else None)
+        for place in action.places
+    ]
+    times = action.times
+    if times is not None and action.absolute:
+        times = tuple(one - time for one in times)
+    found = Trajectory(vertices, times, action.skipped)
+    if found.reverses and not action.reverses:
+        raise source.error("drives backwards, for which all positions should be a WorldPosition")
+    if (apart := math.dist(found.pose[:2], own.pose[:2])) > JUMP_M:
+        raise source.error(f"begins {apart:.1f} m from the entity at {time:.2f} s, but bodies cannot jump")
+    return found
+
+
+def leave_trajectory(own: Traveller) -> bool:
+    """Put an entity on the lane under its trajectory; if there is none in its direction, it stands: return False.
+
+    It stands also at the end of a way backwards.
+    """
+    x, y, heading = own.pose
+    road, s, t = own.network.nearest(x, y)
+    lane = road.lane_at(s, t)
+    angle = math.remainder(heading - road.pose(s, t)[2], 2 * math.pi)
+    backwards = own.trajectory is not None and own.trajectory.backwards
+    if lane is None or backwards or min(abs(angle), math.pi - abs(angle)) > ALIGNED_RAD:
+        own.speed = 0.0
+        return False
+    own.route = []
+    own.put(road, lane, s, t - road.centre(s, lane), 1 if abs(angle) < math.pi / 2 else -1)
+    return True
 
 
 def _placed(
@@ -122,6 +196,7 @@ def point(place: Place, network: RoadNetwork, placed: dict[str, Traveller], sour
             return x, y
         case RelativePlace(along_road=True):
             other = placed[place.entity]
+            require_lane(other, source)
             lane = shifted_lane(other.lane, place.lanes * other.forward)
             s = other.s + other.forward * place.ahead
             return point(LanePlace(other.road.id, lane, s, place.left), network, placed, source)
@@ -129,6 +204,12 @@ def point(place: Place, network: RoadNetwork, placed: dict[str, Traveller], sour
             x, y, yaw = placed[place.entity].pose
             cos, sin = math.cos(yaw), math.sin(yaw)
             return x + cos * place.ahead - sin * place.left, y + sin * place.ahead + cos * place.left
+
+
+def require_lane(other: Traveller, source: XmlElement) -> None:
+    """Raise a TrafficInputError for an entity on a trajectory, which is on no lane."""
+    if other.trajectory:
+        raise source.error(f'needs the lane of "{other.entity.name}", which follows a trajectory beside all lanes')
 
 
 def shifted_lane(lane: int, left: int) -> int:

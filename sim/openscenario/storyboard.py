@@ -1,6 +1,8 @@
 """Records of a storyboard, with all parameters and catalogs resolved."""
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from luxloop.sim.world import Kind
 from luxloop.sim.xml_tree import XmlElement
@@ -116,7 +118,38 @@ class DistanceAction:
     """[m/s^2], [m/s^2], [m/s] Largest values."""
 
 
-Action = SpeedAction | LaneChangeAction | DistanceAction
+@dataclass(frozen=True, slots=True)
+class RouteAction:
+    """Way through junctions, by the shortest way from each position to the next."""
+
+    places: tuple[Place, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryAction:
+    """Way along a polyline."""
+
+    places: tuple[Place, ...]
+    times: tuple[float, ...] | None
+    """[s] Time at each position; None if the entity's own speed determines it."""
+    absolute: bool
+    """Times are simulation times, not times since the beginning of the action."""
+    skipped: float
+    """[m] Length of the polyline before the entity."""
+
+    @property
+    def reverses(self) -> bool:
+        """True if the entity drives backwards, by the headings of positions in the world."""
+        return any(
+            isinstance(one, WorldPlace)
+            and isinstance(after, WorldPlace)
+            and one.heading is not None
+            and (after.x - one.x) * math.cos(one.heading) + (after.y - one.y) * math.sin(one.heading) < 0
+            for one, after in pairwise(self.places)
+        )
+
+
+Action = SpeedAction | LaneChangeAction | DistanceAction | RouteAction | TrajectoryAction
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +232,10 @@ class Storyboard:
     """Initial actions, in order."""
     stories: list[Step]
     stop: Trigger
+
+    def all_actions(self) -> list[tuple[str, Action, XmlElement]]:
+        """Return the initial actions and those of all events."""
+        return [*self.actions, *(one for story in self.stories for step in story.all() for one in step.actions)]
 
     def conditions(self) -> list[Condition]:
         """Return the conditions of all triggers."""

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from luxloop.sim.opendrive.road import Road
 from luxloop.sim.opendrive.road_network import RoadNetwork
 from luxloop.sim.openscenario.storyboard import Dynamics, Entity, LaneChangeAction
+from luxloop.sim.openscenario.trajectory import Trajectory
 from luxloop.sim.openscenario.transitions import lane_change_extent, share
+from luxloop.sim.xml_tree import XmlElement
 
 SLOWEST_M = 1e-6
 """[m] Shorter steps do not define a course."""
@@ -43,7 +45,7 @@ class LaneChange:
 
 
 class Traveller:
-    """Entity on a lane.
+    """Entity on a lane, or on a trajectory.
 
     Parameters
     ----------
@@ -62,11 +64,20 @@ class Traveller:
         self, entity: Entity, network: RoadNetwork, road: Road, lane: int, s: float, offset: float, forward: int
     ):
         self.entity, self.network = entity, network
-        self.road, self.s, self.forward = road, s, forward
-        self.offset = offset
         self.change: LaneChange | None = None
+        self.trajectory: Trajectory | None = None
+        """Trajectory in place of the lane, which is that of its beginning."""
         self.speed = self.travelled = self.standing = 0.0
         self.gone = False
+        self.route: list[str] = []
+        """Roads to take after this one; beyond them, and without any, straight ahead."""
+        self._route_source: XmlElement | None = None
+        self.put(road, lane, s, offset, forward)
+
+    def put(self, road: Road, lane: int, s: float, offset: float, forward: int) -> None:
+        """Put the entity on a lane, see the parameters of the class."""
+        self.road, self.s, self.forward = road, s, forward
+        self.offset, self.trajectory = offset, None
         self._lane = lane
         self._course = 0.0
         self.t = road.centre(s, lane) + offset
@@ -80,6 +91,8 @@ class Traveller:
     @property
     def pose(self) -> tuple[float, float, float]:
         """Pose of the reference point: x [m], y [m] and yaw [rad]."""
+        if self.trajectory:
+            return self.trajectory.pose
         x, y, heading, _ = self.road.pose(self.s, self.t)
         return x, y, heading + (0.0 if self.forward > 0 else math.pi) + self._course
 
@@ -105,10 +118,22 @@ class Traveller:
             self.change = None
 
     def move(self, step: float, speed: float) -> None:
-        """Move for a time [s] while the speed changes linearly to a new one [m/s]."""
+        """Move for a time [s] while the speed changes linearly to a new one [m/s], if no trajectory has times."""
         distance = (self.speed + speed) / 2 * step
+        if self.trajectory:
+            distance = self.trajectory.advance(step, distance)
+            moving = self.trajectory.speed if self.trajectory.timed else speed
+            speed = moving if distance > 0 else 0.0
         self.speed, self.travelled = speed, self.travelled + distance
         self.standing = self.standing + step if speed == 0 else 0.0
+        if not self.trajectory:
+            self._move_along_lane(step, distance)
+
+    def take_route(self, roads: list[str], source: XmlElement) -> None:
+        """Take these roads, in order, after this one."""
+        self.route, self._route_source = roads, source
+
+    def _move_along_lane(self, step: float, distance: float) -> None:
         before, across = self.t, self._across(step, distance)
         along = math.sqrt(max(distance**2 - across**2, 0.0))
         stretch = max(1 - self.road.curvature(self.s) * self.t, NARROWEST)
@@ -148,8 +173,11 @@ class Traveller:
     def _leave_road(self) -> None:
         """Go on to the next road, or leave the network."""
         beyond = self.s - self.road.length if self.forward > 0 else -self.s
-        following = self.network.next_lane(self.road, self._lane, self.forward)
+        to = self.route.pop(0) if self.route else None
+        following = self.network.next_lane(self.road, self._lane, self.forward, to)
         if following is None:
+            if to is not None:
+                self._require_lane_to(to)
             self.gone = True
             return
         if following.forward != self.forward:
@@ -158,3 +186,12 @@ class Traveller:
                 self.change.beginning = -self.change.beginning
         self.road, self._lane, self.forward = following.road, following.lane, following.forward
         self.s = min(beyond, self.road.length) if self.forward > 0 else max(self.road.length - beyond, 0.0)
+
+    def _require_lane_to(self, road: str) -> None:
+        """Raise a TrafficInputError, because a road of the route does not follow on this lane."""
+        assert self._route_source is not None
+        lanes = ", ".join(str(lane) for lane in self.network.lanes_to(self.road, self.forward, road))
+        raise self._route_source.error(
+            f"leads to road {road}, which lane {self._lane} of road {self.road.id} does not reach; "
+            f"change to lane {lanes} before the end of road {self.road.id}"
+        )

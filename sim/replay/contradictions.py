@@ -1,8 +1,10 @@
-"""Warnings of recorded motions that no vehicle can follow, so that the truth leaves the recording."""
+"""Headings of recorded vehicles against their motion: those that reverse, and those that contradict it."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sim.arrays import Bools
+from luxloop.sim.arrays import Bools, Floats, Ints
 from luxloop.sim.physical.limits import YAW_RATE_ON_WHEELS
 from luxloop.sim.replay.recording import Recording
 from luxloop.sim.replay.trajectories import Trajectories
@@ -16,34 +18,72 @@ SLIPPING_S = 1.0
 """[s] Shorter slips are noise of the recording."""
 TURN = np.radians(90.0)
 """[rad] Largest turn between two samples that are too close for it; a course without headings does so in reversing."""
+BACKWARDS_MPS = (0.5, 8.0)
+"""[m/s] Range of speeds of a vehicle that drives backwards: slower is noise, faster a wrong heading."""
 NAMED = 3
 """Road users that a warning names."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Headings:
+    """Headings of M samples against their motion."""
+
+    user: Ints
+    """(M,) row of the road user."""
+    on_wheels: Bools
+    """(M,) True for all but pedestrians."""
+    step: Floats
+    """(M,) time until the next sample [s], 0 at the last one of a trajectory."""
+    ahead: Floats
+    """(M,) speed along the heading [m/s], negative backwards."""
+    slips: Bools
+    """(M,) True for vehicles that head away from their course, forwards or backwards."""
+
+    @classmethod
+    def of(cls, recording: Recording, trajectories: Trajectories) -> "_Headings":
+        user = np.repeat(trajectories.user, trajectories.last - trajectories.first + 1)
+        on_wheels = np.array([each.kind != Kind.PEDESTRIAN for each in recording.users])[user]
+        step = np.append(np.diff(trajectories.time), 0.0)
+        step[trajectories.last] = 0.0
+        (x, y), yaw = trajectories.rate[:, :2].T, trajectories.pose[:, 2]
+        slip = np.abs((yaw - np.arctan2(y, x) + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
+        slips = on_wheels & (np.hypot(x, y) > FASTER_MPS) & (slip > SLIP)
+        return cls(user, on_wheels, step, x * np.cos(yaw) + y * np.sin(yaw), slips)
+
+    def last(self, samples: Bools, users: int) -> Bools:
+        """Return the road users for whom a mask of samples holds for a second."""
+        return np.bincount(self.user, weights=samples * self.step, minlength=users) >= SLIPPING_S
+
+
+def reversing(recording: Recording, trajectories: Trajectories) -> Bools:
+    """(N,) True for vehicles that drive backwards for a second, by headings that do not contradict their motion."""
+    found, users = _Headings.of(recording, trajectories), len(recording.users)
+    slow, fast = BACKWARDS_MPS
+    wrong = found.last(found.slips, users) | found.last(found.on_wheels & (found.ahead < -fast), users)
+    return found.last(found.on_wheels & ~found.slips & (found.ahead < -slow), users) & ~wrong
+
+
 def contradictions(recording: Recording, trajectories: Trajectories) -> tuple[str, ...]:
     """Return warnings of vehicles whose heading differs from their course, and of those that turn on the spot."""
-    count = trajectories.last - trajectories.first + 1
-    user = np.repeat(trajectories.user, count)
-    on_wheels = np.array([each.kind != Kind.PEDESTRIAN for each in recording.users])[user]
-    step = np.append(np.diff(trajectories.time), 0.0)
-    step[trajectories.last] = 0.0
-    course = np.arctan2(trajectories.rate[:, 1], trajectories.rate[:, 0])
-    slip = np.abs((trajectories.pose[:, 2] - course + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
-    slips = on_wheels & (np.hypot(*trajectories.rate[:, :2].T) > FASTER_MPS) & (slip > SLIP)
-    slipping_s = np.bincount(user, weights=slips * step, minlength=len(recording.users))
+    found, users = _Headings.of(recording, trajectories), len(recording.users)
+    user, on_wheels, step = found.user, found.on_wheels, found.step
     turn = np.abs(np.diff(trajectories.pose[:, 2], append=0.0))
     turns = on_wheels & (step > 0.0) & (turn > TURN) & (turn > 2.0 * YAW_RATE_ON_WHEELS * step)
     said = (
         (
-            slipping_s >= SLIPPING_S,
+            found.last(found.slips, users),
             "head more than 45 degrees away from their course; the truth follows their positions",
         ),
         (
-            np.isin(np.arange(len(recording.users)), user[turns]),
+            found.last(on_wheels & (found.ahead < -BACKWARDS_MPS[1]), users),
+            "drive backwards at more than 8 m/s by their headings; the truth heads along their course",
+        ),
+        (
+            np.isin(np.arange(users), user[turns]),
             "turn on the spot; give headings of those that reverse",
         ),
     )
-    return tuple(f"{_named(recording, users)} {what}" for users, what in said if users.any())
+    return tuple(f"{_named(recording, named)} {what}" for named, what in said if named.any())
 
 
 def _named(recording: Recording, users: Bools) -> str:

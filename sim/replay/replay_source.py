@@ -11,7 +11,7 @@ from luxloop.sim.kinematics import RawFrame, wrap_angle
 from luxloop.sim.obstacles import obstacles
 from luxloop.sim.origin import origin_near
 from luxloop.sim.physical.layer import PhysicalTruth
-from luxloop.sim.replay.contradictions import contradictions
+from luxloop.sim.replay.contradictions import contradictions, reversing
 from luxloop.sim.replay.recording import Recording
 from luxloop.sim.replay.recording_files import read_recording
 from luxloop.sim.replay.replay_config import ReplayTraffic
@@ -56,6 +56,8 @@ class ReplaySource:
             if self._recording is None:
                 self._recording = read_recording(self._folder / self._config.file, self._config.types)
                 self._trajectories = Trajectories.of(self._recording, self._config.gap_s)
+                # Bodies that roll behind their fronts cannot reverse: if one of them does, all are only smoothed.
+                self._rolling = not reversing(self._recording, self._trajectories).any()
                 found = contradictions(self._recording, self._trajectories)
                 self.warnings = tuple(f"{self._config.file}: {warning}" for warning in found)
             self._ego, self._begin = self._beginning(self._recording)
@@ -66,7 +68,7 @@ class ReplaySource:
         start, _ = self._trajectories.at(np.array([self._ego]), self._begin)
         self.origin = origin_near(start[0, :2])
         self._roster = Roster(seed)
-        self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=True)
+        self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=self._rolling)
         config = self._config
         self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, suspension=config.suspension)
         self._next = 0

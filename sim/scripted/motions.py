@@ -80,21 +80,17 @@ class Straight:
 
     kind: Literal["straight"]
     speed_mps: float
-    """[m/s] At the start."""
+    """[m/s] At the start; negative values drive backwards."""
     acceleration_mps2: float = 0.0
-    """[m/s^2] Negative values brake."""
+    """[m/s^2] Along the heading: negative values brake, positive ones brake driving backwards."""
     duration_s: float | None = None
     """[s] See `Static`."""
-
-    def __post_init__(self) -> None:
-        if self.speed_mps < 0:
-            raise ValueError("speed_mps must not be negative; to drive the other way, turn the start by 180 degrees")
 
     def at(self, time: float) -> State:
         """Return the state at a time [s] since the motion began."""
         v, a = self.speed_mps, self.acceleration_mps2
-        if a < 0 and time >= v / -a:
-            return _along_x(v * v / (-2 * a), 0.0, 0.0)
+        if (a < 0 <= v or v < 0 < a) and time >= -v / a:
+            return _along_x(-v * v / (2 * a), 0.0, 0.0)
         return _along_x(v * time + a * time**2 / 2, v + a * time, a)
 
 
@@ -104,15 +100,15 @@ class Arc:
 
     kind: Literal["arc"]
     speed_mps: float
-    """[m/s]"""
+    """[m/s] Negative values drive backwards."""
     radius_m: float
     """[m] Positive turns left, negative right."""
     duration_s: float | None = None
     """[s] See `Static`."""
 
     def __post_init__(self) -> None:
-        if self.speed_mps < 0 or self.radius_m == 0:
-            raise ValueError("an arc needs a speed_mps of at least 0 and a radius_m other than 0")
+        if self.radius_m == 0:
+            raise ValueError("an arc needs a radius_m other than 0")
 
     def at(self, time: float) -> State:
         """Return the state at a time [s] since the motion began."""

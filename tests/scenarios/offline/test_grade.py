@@ -308,6 +308,19 @@ def test_optional_columns_can_be_omitted_and_unknown_ones_are_ignored(run, capfd
     )
 
 
+def test_tracks_of_every_third_scan_are_told(run, capfd):
+    table = own_tracks(run)
+    table[table["frame"] % 3 == 0].to_csv("third.csv", index=False)
+    table.to_csv("tracks.csv", index=False)
+    known = table.loc[table["frame"] % 3 == 0, "frame"]
+    after = written()["frames"] - known.min()
+    (warning,) = grade(capfd, "--tracks", "third.csv")["warnings"]
+    assert warning.startswith(
+        f"third.csv: {after - known.nunique()} of the {after} scans from frame {known.min()} on have no tracks"
+    )
+    assert grade(capfd, "--tracks", "tracks.csv")["warnings"] == []
+
+
 def test_an_empty_track_file_scores_zero(run, capfd):
     own_tracks(run).iloc[:0].to_csv("tracks.csv", index=False)
     assert grade(capfd, "--tracks", "tracks.csv", code=1)["metrics"]["track.hota"]["value"] == 0.0

@@ -5,10 +5,9 @@ import shutil
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.feather
 import pytest
 from support import exported_run, short_run
+from support.av2_log import write_av2
 from support.real_data import real_file
 
 from luxloop.scenarios.cli import main
@@ -41,51 +40,6 @@ def imported(folder, *arguments):
 
 def export(run, folder, kind):
     assert main(["export", str(run), "--format", kind, "--out", str(folder)]) == 0
-    return folder
-
-
-def stamp_ns(frame):
-    """Times of Argoverse 2 are integers since 1970."""
-    return 315_968_112_000_000_000 + round(1e9 * frame.time)
-
-
-def feather(path, **columns):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pyarrow.feather.write_feather(pa.table(columns), path)
-
-
-def quaternion(yaw):
-    """Columns of rotations about the vertical, of the sign that has no effect."""
-    half = 0.5 * np.asarray(yaw)
-    return {"qw": -np.cos(half), "qx": 0.0 * half, "qy": 0.0 * half, "qz": -np.sin(half)}
-
-
-def write_av2(run, folder):
-    """Write a run as the README of Argoverse 2's sensor data set describes a log."""
-    poses, boxes = [], []
-    for frame, scan, _ in RecordedRun.open(run).scans():
-        poses.append((stamp_ns(frame), *frame.ego.pose_world))
-        names = dict(zip("xyz", scan.points_ego.T, strict=True))
-        ring = (4 * scan.unit + scan.layer).astype(np.uint8)
-        offset = np.round(1e9 * (scan.time_offset - scan.time_offset.min())).astype(np.int32)
-        shown = {**names, "intensity": np.zeros(len(scan), np.uint8), "laser_number": ring, "offset_ns": offset}
-        feather(folder / "sensors" / "lidar" / f"{stamp_ns(frame)}.feather", **shown)
-        pose_ego = into_frame(frame.actors.pose_world, frame.ego.pose_world)
-        boxes += [
-            (stamp_ns(frame), *row) for row in zip(frame.actors.name, *pose_ego.T, *frame.actors.size.T, strict=True)
-        ]
-    time, x, y, yaw = map(np.array, zip(*poses, strict=True))
-    feather(
-        folder / "city_SE3_egovehicle.feather",
-        timestamp_ns=time.astype(np.int64), **quaternion(yaw), tx_m=x, ty_m=y, tz_m=0.0 * x - 24.0,
-    )  # fmt: skip
-    time, name, x, y, yaw, length, width, height = map(np.array, zip(*boxes, strict=True))
-    feather(
-        folder / "annotations.feather",
-        timestamp_ns=time.astype(np.int64), track_uuid=name, category=["REGULAR_VEHICLE"] * len(name),
-        length_m=length, width_m=width, height_m=height, **quaternion(yaw), tx_m=x, ty_m=y, tz_m=0.5 * height,
-        num_interior_pts=np.full(len(name), 20),
-    )  # fmt: skip
     return folder
 
 

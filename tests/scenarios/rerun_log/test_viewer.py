@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 
@@ -76,31 +76,45 @@ def test_analytics_of_the_viewer_are_off_unless_wanted(wanted, tmp_path, monkeyp
     assert json.loads(own.read_text())["analytics_enabled"] is True
 
 
-def test_real_viewer_opens_at_the_time(tmp_path):
-    """A headless viewer, which requires a graphics driver; Mesa's lavapipe is sufficient."""
-    rerun = pytest.importorskip("rerun.experimental")
-    recording = tmp_path / "short.rrd"
-    short_run.run(record_to=recording)
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    command = [sys.executable, "-m", "rerun", "--headless", "--bind", "127.0.0.1", "--port", str(port), str(recording)]
-    log = (tmp_path / "log").open("w")
-    # A separate session, because the viewer is a child of this child.
-    shown = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
+@contextmanager
+def rerun_at(*words):
+    """Start rerun at a port of its own; yield the port and the process, which is in a session with its child."""
+    port = viewer._free_port()
+    command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", "--port", str(port), *map(str, words)]
+    silent = subprocess.DEVNULL
+    shown = subprocess.Popen(command, stdin=silent, stdout=silent, stderr=silent, start_new_session=True)
     try:
-        deadline = time.monotonic() + START_S
-        while shown.poll() is None and time.monotonic() < deadline and not viewer.set_time_cursor(port, 0.4):
-            time.sleep(0.2)
-        if shown.poll() is not None:
-            pytest.skip("the viewer does not start here: no graphics driver (Debian: mesa-vulkan-drivers)")
-        state = rerun.ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy").get_state()
-        assert [(one.current_timeline, one.current_time) for one in state.recordings] == [("sim_time", 400_000_000)]
+        yield port, shown
     finally:
-        log.close()
         if shown.poll() is None:
             os.killpg(shown.pid, signal.SIGTERM)
             shown.wait(timeout=20)
+
+
+def test_real_viewer_starts_at_the_first_frame_and_opens_at_the_time(tmp_path):
+    """A headless viewer of a served recording, as in a browser; it requires a graphics driver, as Mesa's lavapipe."""
+    rerun = pytest.importorskip("rerun.experimental")
+    short_run.run(record_to=tmp_path / "short.rrd")
+    deadline = time.monotonic() + START_S
+
+    def time_of(port):
+        with suppress(ConnectionError, RuntimeError):  # not started yet
+            state = rerun.ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy").get_state()
+            return [one.current_time for one in state.recordings if one.current_timeline == "sim_time"]
+
+    with rerun_at("--serve-grpc", tmp_path / "short.rrd") as (served, server):
+        while server.poll() is None and time.monotonic() < deadline and not _is_served(served):
+            time.sleep(0.1)
+        with rerun_at("--headless", f"rerun+http://127.0.0.1:{served}/proxy") as (port, shown):
+            while shown.poll() is None and time.monotonic() < deadline and time_of(port) in (None, [], [None]):
+                time.sleep(0.2)
+            if shown.poll() is not None:
+                pytest.skip("the viewer does not start here: no graphics driver (Debian: mesa-vulkan-drivers)")
+            time.sleep(1.0)  # the cursor would follow the frames that arrive
+            assert time_of(port) == [0]
+            while time.monotonic() < deadline and not viewer.set_time_cursor(port, 0.4):
+                time.sleep(0.2)
+            assert time_of(port) == [400_000_000]
 
 
 def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_commands(tmp_path):

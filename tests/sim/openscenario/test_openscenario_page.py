@@ -7,6 +7,7 @@ from support.pages import chapter
 from support.paths import EXAMPLES, ROOT
 
 from luxloop.scenarios.files.scenario import Scenario
+from luxloop.sim.openscenario.action_elements import SUPPORTED
 from luxloop.sim.openscenario.catalogs import CATALOGS, KINDS
 from luxloop.sim.openscenario.condition_elements import QUANTITIES
 from luxloop.sim.openscenario.expressions import _FUNCTIONS
@@ -24,6 +25,7 @@ def row(group):
 
 def test_the_table_lists_what_the_code_supports():
     assert row("conditions by entity")[0] == list(QUANTITIES)
+    assert all(action in SUPPORTED for action in row("actions of events")[0])
     assert row("catalogs")[0] == list(CATALOGS)
     assert row("entities") == [list(CATALOGS.values()), list(KINDS)]
     assert row("dynamics")[0][: len(SHAPES)] == list(SHAPES)

@@ -19,7 +19,7 @@ from support.storyboards import (
 from luxloop.sim.source import TrafficInputError
 
 EGO = {"Ego": at(50) + speed(20)}
-ROUTE = "<PrivateAction><RoutingAction><AssignRouteAction/></RoutingAction></PrivateAction>"
+RANDOM = "<PrivateAction><RoutingAction><RandomRouteAction/></RoutingAction></PrivateAction>"
 CONTROLLER = "<PrivateAction><ControllerAction><ActivateControllerAction/></ControllerAction></PrivateAction>"
 GAP = (
     '<PrivateAction><LongitudinalAction><LongitudinalDistanceAction entityRef="Ego" distance="9"/></LongitudinalAction>'
@@ -44,7 +44,7 @@ def message(folder, text):
 @pytest.mark.parametrize(
     ("action", "expected"),
     [
-        (ROUTE, '<RoutingAction> of Action "e action" is not supported; supported are SpeedAction, LaneChangeAction'),
+        (RANDOM, '<RandomRouteAction> of Action "e action" is not supported; supported are SpeedAction, LaneCh'),
         (CONTROLLER, "<ActivateControllerAction> of Action"),
         (at(10), '<TeleportAction> of Action "e action" is supported in Init only'),
         (GAP, "has no DynamicConstraints"),

@@ -116,6 +116,17 @@ def test_braking_ends_at_standstill_after_half_v_squared_over_a():
     assert (*stopped.velocity, *stopped.acceleration) == (0.0, 0.0, 0.0, 0.0)
 
 
+def test_backwards_the_heading_stays_against_the_motion():
+    backing = Straight("straight", speed_mps=-4.0, acceleration_mps2=2.0)
+    assert backing.at(1.0).pose == pytest.approx([-3.0, 0.0, 0.0])
+    assert backing.at(1.0).velocity == pytest.approx([-2.0, 0.0])
+    assert backing.at(9.0).pose == pytest.approx([-4.0, 0.0, 0.0])  # 16 / 4, at standstill
+    assert not backing.at(9.0).velocity.any()
+    quarter = Arc("arc", speed_mps=-10.0, radius_m=-20.0).at(math.pi)
+    assert quarter.pose == pytest.approx([-20.0, -20.0, math.pi / 2])
+    assert quarter.velocity == pytest.approx([0.0, -10.0])
+
+
 def test_a_quarter_circle_to_the_right():
     quarter = Arc("arc", speed_mps=10.0, radius_m=-20.0).at(math.pi)
     assert quarter.pose == pytest.approx([20.0, -20.0, -math.pi / 2])
@@ -254,7 +265,6 @@ def test_a_script_rejects_commands():
         lambda: ScriptedObstacle([(0, 0), (1, 0)], 0.0),
         lambda: ScriptedObstacle([], kind="pole"),
         lambda: ScriptedObstacle([(0, 0), (1, 0)], 1.0, base_m=1.0),
-        lambda: Straight("straight", -1.0),
         lambda: Arc("arc", 1.0, 0.0),
         lambda: StopAndGo("stop-and-go", 1.0, 0.0, 1.0),
         lambda: LaneChange("lane-change", 0.0, 3.5, 4.0),
