@@ -10,6 +10,9 @@ import scipy
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.matching import CONTINUITY, NO_TRACK
 
+COUNTED = ("graded", "false")
+"""Verdicts of the tracks that CLEAR, HOTA, Identity and GOSPA count."""
+
 
 class TrackingSequence(TypedDict):
     """A run of V vehicles and T tracks with ids renumbered from 0.
@@ -46,12 +49,13 @@ def tracking_sequence(truth: pd.DataFrame, tracks: pd.DataFrame, overlaps: pd.Da
     truth, tracks, overlaps
         Tables of a run, see `luxloop.scenarios.grading.frame_tables`.
     """
-    vehicles = truth.loc[truth["graded"], ["frame", "actor_id"]]
-    reported = tracks.loc[tracks["verdict"].isin(["graded", "false"]), ["frame", "track_id"]]
-    actor_ids, track_ids = np.unique(vehicles["actor_id"]), np.unique(reported["track_id"])
-    frames = np.unique(np.concatenate([truth["frame"], tracks["frame"]]))
-    gt_ids = _ids_per_frame(vehicles, "actor_id", actor_ids, frames)
-    tracker_ids = _ids_per_frame(reported, "track_id", track_ids, frames)
+    graded, counted = truth["graded"].to_numpy(np.bool_), tracks["verdict"].isin(COUNTED).to_numpy()
+    vehicles, reported = truth["actor_id"].to_numpy()[graded], tracks["track_id"].to_numpy()[counted]
+    actor_ids, track_ids = np.unique(vehicles), np.unique(reported)
+    truth_frame, track_frame = truth["frame"].to_numpy(), tracks["frame"].to_numpy()
+    frames = np.unique(np.concatenate([truth_frame, track_frame]))
+    gt_ids = _ids_per_frame(truth_frame[graded], vehicles, actor_ids, frames)
+    tracker_ids = _ids_per_frame(track_frame[counted], reported, track_ids, frames)
     return {
         "frames": frames,
         "actor_ids": actor_ids,
@@ -66,11 +70,11 @@ def tracking_sequence(truth: pd.DataFrame, tracks: pd.DataFrame, overlaps: pd.Da
     }
 
 
-def _ids_per_frame(rows: pd.DataFrame, column: str, ids: Ints, frames: Ints) -> list[Ints]:
-    """Return the renumbered ids of each frame."""
-    rows = rows.sort_values("frame", kind="stable")
-    renumbered = np.searchsorted(ids, rows[column].to_numpy())
-    per_frame = np.split(renumbered, np.searchsorted(rows["frame"].to_numpy(), frames[1:]))
+def _ids_per_frame(frame: Ints, number: Ints, ids: Ints, frames: Ints) -> list[Ints]:
+    """Return the renumbered ids of each frame, from the frame and the id of each row (n,)."""
+    order = np.argsort(frame, kind="stable")
+    renumbered = np.searchsorted(ids, number[order])
+    per_frame = np.split(renumbered, np.searchsorted(frame[order], frames[1:]))
     return per_frame[: len(frames)]  # without frames, np.split returns one empty array
 
 
@@ -83,12 +87,14 @@ def _similarity_per_frame(
     track_ids: Ints,
 ) -> list[Floats]:
     """Return the (v, t) overlaps of each frame."""
-    known = overlaps["actor_id"].isin(actor_ids) & overlaps["track_id"].isin(track_ids)
-    rows = overlaps[known].sort_values("frame", kind="stable")
-    bounds = np.searchsorted(rows["frame"].to_numpy(), frames[1:])
-    actor = np.split(np.searchsorted(actor_ids, rows["actor_id"].to_numpy()), bounds)
-    track = np.split(np.searchsorted(track_ids, rows["track_id"].to_numpy()), bounds)
-    iou = np.split(rows["iou"].to_numpy(), bounds)
+    columns = [overlaps[name].to_numpy() for name in ("frame", "actor_id", "track_id", "iou")]
+    known = np.flatnonzero(np.isin(columns[1], actor_ids) & np.isin(columns[2], track_ids))
+    known = known[np.argsort(columns[0][known], kind="stable")]
+    frame, actor_id, track_id, overlap = (column[known] for column in columns)
+    bounds = np.searchsorted(frame, frames[1:])
+    actor = np.split(np.searchsorted(actor_ids, actor_id), bounds)
+    track = np.split(np.searchsorted(track_ids, track_id), bounds)
+    iou = np.split(overlap, bounds)
     tables = []
     whole = np.zeros((len(actor_ids), len(track_ids)))
     for t in range(len(frames)):
@@ -188,10 +194,6 @@ def fragments(vehicles: int, hits: Iterable[HitStep]) -> Ints:
     return np.maximum(series - 1, 0)
 
 
-COUNTED = ("graded", "false")
-"""Verdicts of the tracks that CLEAR, HOTA, Identity and GOSPA count."""
-
-
 class ClearTable(NamedTuple):
     """Graded vehicles and counted tracks of a run, row by row, with their hits."""
 
@@ -230,7 +232,7 @@ def hit_overlaps(clear: ClearTable, sequence: TrackingSequence, steps: Sequence[
         overlap.append(sequence["similarity_scores"][step][row, column])
     hit = np.concatenate(cell)
     found = np.full(len(clear.vehicles), np.nan)
-    hits = _cells(clear.vehicles[clear.is_hit], "actor_id", frames, actor_ids)
+    hits = _cells(clear.vehicles, "actor_id", frames, actor_ids)[clear.is_hit]
     found[clear.is_hit] = np.concatenate(overlap)[_positions(hit, hits)]
     return found
 

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
@@ -264,7 +265,7 @@ def emergence_table(first: Mapping[str, Mapping[int, int]], truth: pd.DataFrame,
     boxes, velocities, time_s = _columns(truth, BOX), _columns(truth, VELOCITY), truth["time_s"].to_numpy()
     is_traffic = (truth["kind"] != Kind.OBSTACLE.name.lower()).to_numpy()
     if not len(ego) or not is_traffic.any():
-        return _table(truth.iloc[:0], *np.empty((5, 0)))
+        return _table(truth, np.empty(0, np.int64), *np.empty((5, 0)))
     path = EgoPath.of(ego["time_s"].to_numpy(), _columns(ego, BOX))
     moments, meetings = [], []
     for actor, rows in rows_by_actor(truth["actor_id"].to_numpy(), np.flatnonzero(is_traffic)):
@@ -278,7 +279,7 @@ def emergence_table(first: Mapping[str, Mapping[int, int]], truth: pd.DataFrame,
     now = np.searchsorted(ego["frame"].to_numpy(), truth["frame"].to_numpy()[at])
     ttc_s = time_to_collision(_columns(ego, BOX)[now], _columns(ego, VELOCITY)[now], boxes[at], velocities[at])
     to_meeting = along_m - path.along_m[now], meeting_s - time_s[at]
-    return _table(truth.iloc[at], reached.ravel(), delay_s, ttc_s, *to_meeting)
+    return _table(truth, at, reached.ravel(), delay_s, ttc_s, *to_meeting)
 
 
 BEAM = [*STAGES].index("first_beam")
@@ -292,21 +293,24 @@ def _moments(first: Mapping[str, Mapping[int, int]], actor: int, frame: Ints, ro
 
 
 def _table(
-    truth: pd.DataFrame, reached: Bools, delay_s: Floats, ttc_s: Floats, meeting_m: Floats, meeting_s: Floats
+    truth: pd.DataFrame, at: Ints, reached: Bools, delay_s: Floats, ttc_s: Floats, meeting_m: Floats, meeting_s: Floats
 ) -> pd.DataFrame:
-    """Return the table from the rows of `truth` of its moments."""
-    table = truth[["actor_id", "name", "kind", "frame", "time_s", "range_m"]].reset_index(drop=True)
-    stages = np.tile(np.arange(len(STAGES), dtype=np.int8), len(table) // len(STAGES))
-    return table.assign(
-        stage=pd.Categorical.from_codes(stages, list(STAGES)), reached=reached.astype(np.bool_), delay_s=delay_s,
-        ttc_s=ttc_s, meeting_m=meeting_m, meeting_s=meeting_s,
-    )[list(COLUMNS)]  # fmt: skip
+    """Return the table from the rows of `truth` of its moments `at` (n,)."""
+    stages = np.tile(np.arange(len(STAGES), dtype=np.int8), len(at) // len(STAGES))
+    columns = {
+        **{name: truth[name].array.take(at) for name in COLUMNS if name in truth},
+        "stage": pd.Categorical.from_codes(stages, list(STAGES)), "reached": reached.astype(np.bool_),
+        "delay_s": delay_s, "ttc_s": ttc_s, "meeting_m": meeting_m, "meeting_s": meeting_s,
+    }  # fmt: skip
+    return pd.DataFrame({name: columns[name] for name in COLUMNS}, copy=False)
 
 
 def _columns(rows: pd.DataFrame, names: tuple[str, ...]) -> Floats:
     return np.column_stack([rows[name].to_numpy(np.float64) for name in names])
 
 
+Row = Mapping[str, Any]
+"""Row of the table `emergence`, by column."""
 NO_TARGET = "the scenario names no grading.target"
 OLDER = "the run was made by a version without the table emergence; run the scenario again"
 NEVER = "never reached"
@@ -324,13 +328,18 @@ def grade_emergence(sheet: MetricSheet, emergence: pd.DataFrame | None, target: 
         Name of the target; empty for none.
     """
     table = pd.DataFrame(columns=list(COLUMNS)) if emergence is None else emergence
-    rows = table[table["name"] == target].set_index("stage") if target else table[:0].set_index("stage")
-    why = "" if len(rows) else _why_no_target(emergence, target)
+    of_target = table[table["name"] == target].to_dict("records") if target else []
+    rows = {row["stage"]: row for row in of_target}
+    why = "" if rows else _why_no_target(emergence, target)
     for stage in STAGES:
-        _write_stage(sheet, stage, rows.loc[stage] if len(rows) else None, why)
-    _write_end(sheet, rows, why)
+        _write_stage(sheet, stage, rows.get(stage), why)
+    _write_end(sheet, [row for row in of_target if not row["reached"]], why)
+    columns = {name: np.asarray(table[name]) for name in ("kind", "stage", "delay_s", "range_m", "reached")}
+    seen = ~np.isnan(columns["delay_s"].astype(np.float64))
     for group, kinds in list(EMERGING.items())[1:]:
-        _write_group(sheet, group, table[table["kind"].isin(kinds)], OLDER if emergence is None else "")
+        rows_of_group = np.flatnonzero(seen & np.isin(columns["kind"].astype(np.str_), kinds))
+        found = {name: column[rows_of_group] for name, column in columns.items()}
+        _write_group(sheet, group, found, OLDER if emergence is None else "")
 
 
 def _why_no_target(emergence: pd.DataFrame | None, target: str) -> str:
@@ -339,7 +348,7 @@ def _why_no_target(emergence: pd.DataFrame | None, target: str) -> str:
     return OLDER if emergence is None else f'no actor is named "{target}"'
 
 
-def _write_stage(sheet: MetricSheet, stage: str, row: pd.Series | None, why: str) -> None:
+def _write_stage(sheet: MetricSheet, stage: str, row: Row | None, why: str) -> None:
     """Enter all measures of the target at one stage; `row` is its row of the table."""
     reached = row is not None and bool(row["reached"])
     for name in [*MEASURES][:-1]:
@@ -353,16 +362,15 @@ def _name(measure: str, stage: str, group: str = "") -> str:
     return f"emergence.{measure}{{stage={stage}{f',group={group}' if group else ''}}}"
 
 
-def _write_end(sheet: MetricSheet, rows: pd.DataFrame, why: str) -> None:
-    """Enter the target's end of observation, which is that of a stage that is not reached, else not needed."""
-    missed = rows[~rows["reached"].astype(bool)] if len(rows) else rows
+def _write_end(sheet: MetricSheet, missed: list[Row], why: str) -> None:
+    """Enter the target's end of observation, that of a stage of `missed`; if all stages are reached, there is none."""
     for name in SURVIVAL:
-        value = _number(missed.iloc[0], name) if len(missed) else None
-        reason = why or ("all stages are reached" if not len(missed) else _why_none(name, True))
+        value = _number(missed[0], name) if missed else None
+        reason = why or ("all stages are reached" if not missed else _why_none(name, True))
         sheet.write(_name(name, END), value, int(value is not None), reason)
 
 
-def _number(row: pd.Series, name: str) -> float | None:
+def _number(row: Row, name: str) -> float | None:
     """Return a measure of a row, None if it does not exist."""
     value = float(row[name])
     return value if np.isfinite(value) else None
@@ -376,14 +384,16 @@ def _why_none(name: str, reached: bool) -> str:
     return "the paths do not meet in the run" if name.startswith("meeting") else "no beam ever ended on it"
 
 
-def _write_group(sheet: MetricSheet, group: str, rows: pd.DataFrame, why: str) -> None:
-    """Enter the medians and shares of all actors of a group that any beam ended on."""
-    seen = rows[rows["delay_s"].notna()]
+def _write_group(sheet: MetricSheet, group: str, columns: Mapping[str, npt.NDArray[Any]], why: str) -> None:
+    """Enter the medians and shares of all actors of a group that any beam ended on.
+
+    `columns` (n,) are those of the actors' rows of the table.
+    """
     for stage in STAGES:
-        found = seen[seen["stage"] == stage]
-        none, reached = why or f"no beam ended on a {group}", found["reached"].to_numpy(np.bool_)
-        delay = median(found["delay_s"].to_numpy(np.float64), reached)
-        near = np.where(reached, found["range_m"].to_numpy(np.float64), -np.inf)
+        found = np.flatnonzero(columns["stage"] == stage)
+        none, reached = why or f"no beam ended on a {group}", columns["reached"][found].astype(np.bool_)
+        delay = median(columns["delay_s"][found].astype(np.float64), reached)
+        near = np.where(reached, columns["range_m"][found].astype(np.float64), -np.inf)
         range_m = float(np.quantile(near, 0.5, method="inverted_cdf")) if len(near) else -np.inf
         for name, value in (("delay_s", delay), ("range_m", range_m)):
             known = value if np.isfinite(value) else None

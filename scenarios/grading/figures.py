@@ -62,11 +62,11 @@ def _dataset(run: RunObservations, filters: Filters) -> dict[str, Metric]:
 
 def _gain(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     """Return the gain of model selection, by the motion of the vehicles."""
-    sheet = MetricSheet()
+    sheet, off = MetricSheet(), mma_metrics.corner_distances(run.track.table, run.models)
     for target in ("any", *TARGETS):
         rows = run.track.chosen(filters) & run.track[target].astype(np.bool_)
         name = "mma.gain" if target == "any" else f"mma.gain{{target={target}}}"
-        mma_metrics.grade_gain(sheet, run.track.table[rows], name, run.models)
+        mma_metrics.grade_gain(sheet, off[rows], name)
     return sheet.metrics
 
 

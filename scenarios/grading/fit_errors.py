@@ -37,6 +37,7 @@ import pandas as pd
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import body_points
 from luxloop.scenarios.grading.body_points import BodyPoints, Complexes, Ranging
+from luxloop.scenarios.grading.frame_tables import columns_of, rows_of_pairs
 from luxloop.scenarios.grading.frame_truth import NO_ACTOR_ROW, FrameTruth, Ownership
 from luxloop.scenarios.grading.plane_geometry import (
     QUARTER,
@@ -174,7 +175,7 @@ def errors(fits: pd.DataFrame) -> pd.DataFrame:
     the vehicle, positive outwards: the corner is beyond that of the true box. Errors of the extents, along and across,
     are the rectangle's extents minus those of the vehicle's true points.
     """
-    box, true = fits[[*BOX]].to_numpy(np.float64), fits[[*TRUE_BOX]].to_numpy(np.float64)
+    box, true = columns_of(fits, BOX), columns_of(fits, TRUE_BOX)
     turn = box[:, 2] - true[:, 2]
     error = heading_errors(box, true)
     turn = np.where(np.isfinite(error), turn, 0.0)
@@ -182,7 +183,7 @@ def errors(fits: pd.DataFrame) -> pd.DataFrame:
     outwards = true_sign * turned(gap, -true[:, 2])
     sideways = np.round(turn / QUARTER) % 2 == 1
     size = np.where(sideways[:, None], box[:, :2:-1], box[:, 3:])
-    extent = size - fits[[*SEEN]].to_numpy(np.float64)
+    extent = size - columns_of(fits, SEEN)
     return fits.assign(
         heading_error_deg=error,
         box_heading_error_deg=np.degrees(wrap(fits["box_heading_ego_rad"].to_numpy() - true[:, 2], QUARTER)),
@@ -230,11 +231,12 @@ def with_regret(fitted: pd.DataFrame) -> pd.DataFrame:
 
     The regret overstates the fault of the selection, because the least of several errors is partly small by chance.
     """
-    key = ["frame", "actor_id"]
-    oracle = fitted[fitted["oracle"]].set_index(key)["heading_error_deg"].abs()
-    least = oracle.reindex(pd.MultiIndex.from_frame(fitted[key])).to_numpy()
-    regret = fitted["heading_error_deg"].abs().to_numpy() - least
-    return fitted.assign(regret_deg=np.where(fitted["best"], regret, np.nan))
+    frame, actor = fitted["frame"].to_numpy(), fitted["actor_id"].to_numpy()
+    error = np.abs(fitted["heading_error_deg"].to_numpy(np.float64))
+    oracle = np.flatnonzero(fitted["oracle"])
+    row = rows_of_pairs(frame, actor, frame[oracle], actor[oracle])
+    least = np.append(error[oracle], np.nan)[row]
+    return fitted.assign(regret_deg=np.where(fitted["best"], error - least, np.nan))
 
 
 def fit_rows(

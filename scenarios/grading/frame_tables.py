@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Ints
+from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.grading.articulated import ARTICULATION
 from luxloop.scenarios.grading.matching import TrackVerdict
 from luxloop.scenarios.metrics.definitions import CANDIDATES, HORIZONS, VIEWS, estimates
@@ -355,6 +355,30 @@ class TableBuilder:
                 pd.Categorical.from_codes(values, dtype=_category(kind)) if isinstance(kind, tuple) else values
             )
         return pd.DataFrame(columns, copy=False)
+
+
+def columns_of(table: pd.DataFrame, names: Iterable[str]) -> Floats:
+    """(n, columns) values of some columns; several times as fast as `table[[...]]`, which makes an index of texts."""
+    return np.column_stack([np.asarray(table[name], dtype=np.float64) for name in names])
+
+
+def rows_of_pairs(frame: Ints, number: Ints, of_frame: Ints, of_number: Ints) -> Ints:
+    """(n,) row at which each pair of frame and id is first among other pairs (m,), -1 for none.
+
+    Parameters
+    ----------
+    frame, number
+        (n,) pairs to find.
+    of_frame, of_number
+        (m,) pairs among which they are looked for.
+    """
+    if not len(of_frame):
+        return np.full(len(frame), -1)
+    numbers, code = np.unique(np.concatenate([number, of_number]), return_inverse=True)
+    wanted, known = frame * len(numbers) + code[: len(frame)], of_frame * len(numbers) + code[len(frame) :]
+    order = np.argsort(known, kind="stable")
+    row = order[np.minimum(np.searchsorted(known, wanted, sorter=order), len(known) - 1)]
+    return np.where(known[row] == wanted, row, -1)
 
 
 def rows_by_actor(actor_id: Ints, rows: Ints) -> Iterator[tuple[int, Ints]]:

@@ -16,6 +16,7 @@ import scipy
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.clear_table import ClearTable
+from luxloop.scenarios.grading.frame_tables import columns_of
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 
 POSITION = ["x_world_m", "y_world_m"]
@@ -56,16 +57,21 @@ def assign(vehicles: pd.DataFrame, tracks: pd.DataFrame, cutoff_m: float) -> Ass
 
 def _within(vehicles: pd.DataFrame, tracks: pd.DataFrame, cutoff_m: float) -> Assigned:
     """Return all pairs of one frame with centres closer than the cut-off [m]."""
-    rows = [
-        pd.DataFrame({"frame": table["frame"].to_numpy(), name: np.arange(len(table))})
-        for name, table in (("vehicle", vehicles), ("track", tracks))
-    ]
-    both = rows[0].merge(rows[1], on="frame")
-    vehicle, track = both["vehicle"].to_numpy(), both["track"].to_numpy()
-    apart = vehicles[POSITION].to_numpy(np.float64)[vehicle] - tracks[POSITION].to_numpy(np.float64)[track]
+    vehicle, track = _in_one_frame(vehicles["frame"].to_numpy(), tracks["frame"].to_numpy())
+    apart = columns_of(vehicles, POSITION)[vehicle] - columns_of(tracks, POSITION)[track]
     squared = (apart**2).sum(axis=1)
     near = squared < cutoff_m**2
     return Assigned(vehicle[near], track[near], squared[near])
+
+
+def _in_one_frame(vehicle_frame: Ints, track_frame: Ints) -> tuple[Ints, Ints]:
+    """Return the rows (K,) of the vehicle and of the track of all pairs with the same frame."""
+    order = np.argsort(track_frame, kind="stable")
+    first = np.searchsorted(track_frame, vehicle_frame, "left", order)
+    last = np.searchsorted(track_frame, vehicle_frame, "right", order)
+    vehicle = np.repeat(np.arange(len(vehicle_frame)), last - first)
+    in_frame = np.arange(len(vehicle)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
+    return vehicle, order[first[vehicle] + in_frame]
 
 
 def _times(rows: Ints) -> Ints:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.scenarios.grading.frame_tables import columns_of, rows_by_actor
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.plane_geometry import corner, matching_sign, nearest_sign, out_of_frame, turned
 from luxloop.scenarios.metrics.definitions import HORIZONS, NO_PAIR, estimates
@@ -46,7 +47,7 @@ def column(tracks: pd.DataFrame, name: str) -> npt.NDArray[Any] | None:
         return np.where(model.isna(), np.nan, model == name.removeprefix("selected_"))
     if name != "right_motion":
         return None
-    speed = np.hypot(*tracks[["vx_world_mps", "vy_world_mps"]].to_numpy(np.float64).T)
+    speed = np.hypot(*columns_of(tracks, ("vx_world_mps", "vy_world_mps")).T)
     stands = np.where(model.notna(), model.to_numpy(object) == MODELS[0], speed < STANDING_MPS)
     known = (model.notna() | np.isfinite(speed)).to_numpy()
     return np.where(known, stands == (tracks["true_mode"] == MODELS[0]), np.nan)
@@ -56,18 +57,20 @@ def switch_latencies(judged: pd.DataFrame) -> list[tuple[int, float]]:
     """Return the vehicle of each change of the true mode, and the frames until its selection.
 
     Infinite if the mode is not selected before the next change. A change counts if the vehicle is followed in the frame
-    of the change and in the previous one.
+    of the change and in the previous one. Rows without a selected model are left out.
     """
     latencies: list[tuple[int, float]] = []
-    for actor_id, rows in judged.sort_values("frame", kind="stable").groupby("actor_id"):
-        frame = rows["frame"].to_numpy()
-        mode, model = rows["true_mode"].cat.codes.to_numpy(), described_mode(rows["model"])
+    frames, modes = judged["frame"].to_numpy(), judged["true_mode"].cat.codes.to_numpy()
+    models = described_mode(judged["model"])
+    known = np.flatnonzero(models >= 0)
+    for actor_id, rows in rows_by_actor(judged["actor_id"].to_numpy(), known[np.argsort(frames[known], kind="stable")]):
+        frame, mode, model = frames[rows], modes[rows], models[rows]
         changes = np.flatnonzero(np.diff(mode)) + 1
         for start, stop in pairwise([*changes, len(mode)]):
             if frame[start] - frame[start - 1] == 1:
                 agrees = start + np.flatnonzero(model[start:stop] == mode[start])
                 wait = float(frame[agrees[0]] - frame[start]) if len(agrees) else np.inf
-                latencies.append((int(actor_id), wait))
+                latencies.append((actor_id, wait))
     return latencies
 
 
@@ -167,14 +170,18 @@ def corner_column(tracks: pd.DataFrame, name: str, nees_confidence: float) -> np
     return np.asarray(tracks["true_mode"] == rest) if estimate == "mode" else column(tracks, name)
 
 
-def grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, models: Sequence[str]) -> None:
+def corner_distances(judged: pd.DataFrame, models: Sequence[str]) -> Floats:
+    """(K, estimates) distances of the models' corners and, last, of the selected one from the true corner [m]."""
+    errors = (columns_of(judged, [f"{one}_{axis}_error_m" for one in estimates(models)]) for axis in "xy")
+    return np.asarray(np.hypot(*errors))
+
+
+def grade_gain(sheet: MetricSheet, off: Floats, name: str) -> None:
     """Enter the share by which model selection lowers the mean distance from the true corner below the best model's.
 
-    All estimates are compared over the same rows, those with an estimate of every model of the bank.
+    All estimates are compared over the same rows of `corner_distances` (K, estimates), those with an estimate of every
+    model of the bank.
     """
-    off = np.hypot(
-        *(rows[[f"{estimate}_{axis}_error_m" for estimate in estimates(models)]].to_numpy(np.float64) for axis in "xy")
-    )
     off = off[:, np.append(np.isfinite(off[:, :-1]).any(axis=0), True)]
     off = off[np.isfinite(off).all(axis=1)] if off.shape[1] > 1 else np.empty((0, 2))
     mean = off.mean(axis=0) if len(off) else np.full(off.shape[1], np.nan)
@@ -229,8 +236,8 @@ def distance(judged: pd.DataFrame, later: Floats, estimate: str, label: str) -> 
     A prediction is compared with the same corner of the true box at its time, interpolated between two frames. It is
     not graded if the vehicle has left by then. All estimates are graded in the same rows.
     """
-    names = [f"{estimate}_ahead_{label}_{axis}_world_m" for axis in "xy"]
-    return np.asarray(np.hypot(*(judged[names].to_numpy(np.float64) - later).T))
+    predicted = columns_of(judged, (f"{estimate}_ahead_{label}_{axis}_world_m" for axis in "xy"))
+    return np.asarray(np.hypot(*(predicted - later).T))
 
 
 def errors(judged: pd.DataFrame, truth: pd.DataFrame, estimate: str, label: str) -> Floats:
@@ -242,9 +249,9 @@ def true_corners(judged: pd.DataFrame, truth: pd.DataFrame, ahead_s: float) -> F
     """(K, 2) true positions of the tracked corners `ahead_s` [s] after each row [m]; NaN where they are not known."""
     found = np.full((len(judged), 2), np.nan)
     actor, wanted = judged["actor_id"].to_numpy(), judged["time_s"].to_numpy() + ahead_s
-    sign = judged[["corner_along", "corner_across"]].to_numpy(np.float64)
+    sign = columns_of(judged, ("corner_along", "corner_across"))
     columns = ["time_s", "frame", "x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]
-    for actor_id, rows in _by_actor(truth[columns].to_numpy(np.float64), truth):
+    for actor_id, rows in _by_actor(columns_of(truth, columns), truth):
         mine = np.flatnonzero(actor == actor_id)
         if len(mine):
             pose = interpolated(rows[:, 0], rows[:, 1], rows[:, 2:5], wanted[mine])

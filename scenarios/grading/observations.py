@@ -17,7 +17,7 @@ from luxloop.scenarios.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, track_metrics
 from luxloop.scenarios.grading.articulated import angles_of
 from luxloop.scenarios.grading.clear_table import HitStep, TrackingSequence, clear_hits, tracking_sequence
-from luxloop.scenarios.grading.frame_tables import models_of, rows_by_actor
+from luxloop.scenarios.grading.frame_tables import models_of, rows_by_actor, rows_of_pairs
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.occlusions import occlusion_table
 from luxloop.scenarios.metrics.definition import BANDS, band
@@ -211,9 +211,7 @@ class RunObservations:
     def track(self) -> Observations:
         """A row per confirmed track on a graded vehicle."""
         judged = self.tracks[self.tracks["judged"]]
-        errors = track_metrics.measure(self.truth, self.tracks)
-        table = judged.reset_index(drop=True)
-        table = table.assign(**{name: errors[name].to_numpy() for name in errors})
+        table = judged.reset_index(drop=True).assign(**track_metrics.measure(self.truth, judged))
         return Observations(table, NO_PAIR, self._of_track, self._of_actor)
 
     @cached_property
@@ -243,10 +241,9 @@ class RunObservations:
     @cached_property
     def switch(self) -> Observations:
         """A row per change of the true mode of a followed vehicle."""
-        known = self.tracks["model"].notna()
-        found = mma_metrics.switch_latencies(self.tracks[self.tracks["judged"] & known])
+        found = mma_metrics.switch_latencies(self.track.table)
         rows = pd.DataFrame(found, columns=["actor_id", "latency_frames"])
-        why = "" if known.all() else mma_metrics.NO_MODEL
+        why = mma_metrics.NO_MODEL if self.tracks["model"].hasnans else ""
         return Observations(rows, why, self._of_actor)
 
     @cached_property
@@ -290,9 +287,9 @@ class RunObservations:
 
     def _fitted(self, table: pd.DataFrame) -> Bools:
         """(n,) mask of the graded vehicles with a selected rectangle."""
-        best = self.fit.table[self.fit.table["best"]]
-        keys = pd.MultiIndex.from_frame(best[["frame", "actor_id"]])
-        return np.asarray(pd.MultiIndex.from_frame(table[["frame", "actor_id"]]).isin(keys))
+        best = self.fit["best"].astype(np.bool_)
+        chosen = (self.fit[name][best] for name in ("frame", "actor_id"))
+        return rows_of_pairs(table["frame"].to_numpy(), table["actor_id"].to_numpy(), *chosen) >= 0
 
     def _of_track(self, rows: Observations, name: str) -> Column | None:
         if name in _OF_MOTION:

@@ -303,6 +303,11 @@ def _hidden_by(points: pd.Series, names: Mapping[int, tuple[str, str]]) -> dict[
 def _typed(rows: list[dict[str, Any]]) -> pd.DataFrame:
     """Return the table of its rows, with the same types without rows; values that are left out are NaN."""
     columns = {name: [row.get(name, np.nan) for row in rows] for name in COLUMNS}
-    return pd.DataFrame(
-        {name: pd.Series(values, dtype=TYPES.get(name, np.float64)) for name, values in columns.items()}
-    )
+    return pd.DataFrame({name: _column(values, TYPES.get(name, np.float64)) for name, values in columns.items()})
+
+
+def _column(values: list[Any], kind: Any) -> Any:
+    """Return the values of a column; texts as a series, which keeps their type."""
+    if isinstance(kind, pd.CategoricalDtype):
+        return pd.Categorical(values, dtype=kind)
+    return pd.Series(values, dtype=kind) if kind == np.dtype("O") else np.array(values, dtype=kind)

@@ -1,13 +1,15 @@
 """Metrics of tracks: scores, missed vehicles, false tracks, and times until confirmation."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.scenarios.arrays import Floats, Ints
 from luxloop.scenarios.grading import tracking_scores
 from luxloop.scenarios.grading.clear_table import ClearTable, IdSwitch, TrackingSequence, id_switches
+from luxloop.scenarios.grading.frame_tables import columns_of, rows_of_pairs
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.plane_geometry import turned, wrap
 from luxloop.scenarios.grading.tracking_scores import VehicleScores
@@ -24,15 +26,16 @@ def waits(clear: ClearTable) -> pd.DataFrame:
 
     It is infinite, and `never` true, without a hit.
     """
-    vehicles = clear.vehicles.sort_values("frame", kind="stable")
-    first = vehicles.drop_duplicates("actor_id")
-    hit = clear.vehicles[clear.is_hit].groupby("actor_id")["time_s"].min()
-    never = ~first["actor_id"].isin(hit.index)
-    wait = first["actor_id"].map(hit) - first["time_s"]
-    return first.assign(never=never, wait_s=wait.astype(np.float64).mask(never, np.inf))
-
-
-KEY = ["frame", "track_id"]
+    time_s = clear.vehicles["time_s"].to_numpy(np.float64)
+    in_time = np.argsort(clear.vehicles["frame"].to_numpy(), kind="stable")
+    ids, earliest, vehicle = np.unique(
+        clear.vehicles["actor_id"].to_numpy()[in_time], return_index=True, return_inverse=True
+    )
+    first, hit_s = in_time[earliest], np.full(len(ids), np.inf)
+    np.minimum.at(hit_s, vehicle[clear.is_hit[in_time]], time_s[in_time][clear.is_hit[in_time]])
+    order = np.argsort(earliest)
+    first, wait_s = first[order], (hit_s - time_s[first])[order]
+    return clear.vehicles.iloc[first].assign(never=np.isinf(wait_s), wait_s=wait_s)
 
 
 def grade(sheet: MetricSheet, run: "RunObservations") -> None:
@@ -68,6 +71,9 @@ def _in_view(switch: IdSwitch, sequence: TrackingSequence, truth: pd.DataFrame, 
     return len(between) == last - first + 1 and bool(visible.all())
 
 
+KEY = ("frame", "track_id")
+
+
 def _grade_false(
     sheet: MetricSheet, clear: ClearTable, truth: pd.DataFrame, overlaps: pd.DataFrame, hit_iou_min: float
 ) -> None:
@@ -78,83 +84,63 @@ def _grade_false(
     """
     false = clear.tracks[~clear.hits]
     is_vehicle = truth["kind"].isin(CLASSES) | truth["graded"]  # graded boxes of files may be of any class
-    of_vehicle = overlaps[overlaps["actor_id"].isin(truth.loc[is_vehicle, "actor_id"])]
-    graded = of_vehicle.merge(clear.vehicles[["frame", "actor_id"]], on=["frame", "actor_id"])
-    nothing = _largest(of_vehicle, false) == 0.0
-    duplicate = _largest(graded, false) >= hit_iou_min
+    frame, actor, iou = (overlaps[name].to_numpy() for name in ("frame", "actor_id", "iou"))
+    of_vehicle = np.isin(actor, truth["actor_id"].to_numpy()[is_vehicle])
+    graded = rows_of_pairs(frame, actor, *(clear.vehicles[name].to_numpy() for name in ("frame", "actor_id"))) >= 0
+    row = rows_of_pairs(frame, overlaps["track_id"].to_numpy(), *(false[name].to_numpy() for name in KEY))
+    nothing = _largest(iou, np.where(of_vehicle, row, -1), len(false)) == 0.0
+    duplicate = _largest(iou, np.where(of_vehicle & graded, row, -1), len(false)) >= hit_iou_min
     counts = {"on_nothing": nothing, "ill_fitting": ~nothing & ~duplicate, "duplicate": duplicate}
     for name, rows in counts.items():
         sheet.write(f"track.false_{name}", int(rows.sum()), len(clear.tracks), NO_TRACK)
     sheet.rate("track.false_share", len(false), len(clear.vehicles), NO_VEHICLE)
 
 
-def _largest(overlaps: pd.DataFrame, tracks: pd.DataFrame) -> Floats:
-    """(n,) largest overlap of each track, 0 without any."""
-    largest = overlaps.groupby(KEY)["iou"].max().reindex(pd.MultiIndex.from_frame(tracks[KEY]))
-    return np.asarray(largest.fillna(0.0), dtype=np.float64)
+def _largest(iou: Floats, row: Ints, tracks: int) -> Floats:
+    """(tracks,) largest overlap of each track, 0 without any, from overlaps (m,) and their tracks' rows or -1."""
+    largest = np.zeros(tracks)
+    np.maximum.at(largest, row[row >= 0], iou[row >= 0])
+    return largest
 
 
-OF_VEHICLE = (
-    "range_m",
-    "view",
-    "kind",
-    "x_world_m",
-    "y_world_m",
-    "yaw_world_rad",
-    "length_m",
-    "width_m",
-    "yaw_rate_radps",
-)
-OF_MOTION = ("vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2")
-"""Columns of the truth table that errors and filters need."""
-OF_TRACK = (
-    *("frame", "time_s", "track_id", "actor_id", "range_m", "true_mode"),
-    *("x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"),
-    *("heading_error_deg", "corner_along", "corner_across"),
-)
-"""Columns of the track table that errors need, beside those of the motion."""
+def measure(truth: pd.DataFrame, judged: pd.DataFrame) -> dict[str, npt.NDArray[Any]]:
+    """Return further columns (K,) of the judged rows of the track table: their errors, and those of their vehicles.
 
-
-def measure(truth: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
-    """Return a row per judged row of the track table, with its errors.
-
-    The columns are `frame`, `time_s`, `track_id`, `actor_id`, the vehicle's `range_m`, `view` and `kind`, and
-
+    - `range_m`, `view`, `kind`: the vehicle's;
     - `standing`, `moving`: the true mode is stationary, or another one; neither if it is unknown;
     - `position_error_m`: distance of the centres;
     - `speed_mps`, `true_speed_mps`: norms of the velocities;
     - `velocity_error_mps`, `acceleration_error_mps2`: norms of the errors;
-    - `length_error_m`, `width_error_m`: estimate minus truth;
-    - `heading_error_deg`: modulo 360, in (-180, 180].
+    - `length_error_m`, `width_error_m`: estimate minus truth.
 
     Missing estimates are NaN.
 
     Parameters
     ----------
-    truth, tracks
-        Tables of a run.
+    truth, judged
+        Table of a run, and the judged rows of its table `tracks`.
     """
-    judged = tracks.loc[tracks["judged"], [*OF_TRACK, *OF_MOTION]]
-    columns = ["frame", "actor_id", *OF_VEHICLE, *OF_MOTION]
-    pair = judged.merge(truth[columns], how="left", on=["frame", "actor_id"], suffixes=("", "_true"))
-    velocity, acceleration = _corner_motion(pair)
-    tracked_v, tracked_a = _pair(pair, "v{}_world_mps"), _pair(pair, "a{}_world_mps2")
-    return pd.DataFrame(
-        {
-            **{name: pair[name] for name in ("frame", "time_s", "track_id", "actor_id", "view", "kind")},
-            "range_m": pair["range_m_true"],
-            "standing": pair["true_mode"] == MODELS[0],
-            "moving": pair["true_mode"].notna() & (pair["true_mode"] != MODELS[0]),
-            "position_error_m": np.hypot(*(_pair(pair, "{}_world_m") - _pair(pair, "{}_world_m_true")).T),
-            "speed_mps": np.hypot(*tracked_v.T),
-            "true_speed_mps": np.hypot(*velocity.T),
-            "velocity_error_mps": np.hypot(*(tracked_v - velocity).T),
-            "acceleration_error_mps2": np.hypot(*(tracked_a - acceleration).T),
-            "length_error_m": pair["length_m"] - pair["length_m_true"],
-            "width_error_m": pair["width_m"] - pair["width_m_true"],
-            "heading_error_deg": pair["heading_error_deg"],
-        }
-    )
+    keys = (table[name].to_numpy() for table in (judged, truth) for name in ("frame", "actor_id"))
+    true = truth.take(rows_of_pairs(*keys))
+    velocity, acceleration = _corner_motion(judged, true)
+    tracked_v, tracked_a = _pair(judged, "v{}_world_mps"), _pair(judged, "a{}_world_mps2")
+    standing = (judged["true_mode"] == MODELS[0]).to_numpy(np.bool_)
+    extent = columns_of(judged, EXTENT) - columns_of(true, EXTENT)
+    return {
+        **{name: true[name].to_numpy() for name in ("range_m", "view", "kind")},
+        "standing": standing,
+        "moving": judged["true_mode"].notna().to_numpy() & ~standing,
+        "position_error_m": np.hypot(*(_pair(judged, "{}_world_m") - _pair(true, "{}_world_m")).T),
+        "speed_mps": np.hypot(*tracked_v.T),
+        "true_speed_mps": np.hypot(*velocity.T),
+        "velocity_error_mps": np.hypot(*(tracked_v - velocity).T),
+        "acceleration_error_mps2": np.hypot(*(tracked_a - acceleration).T),
+        "length_error_m": extent[:, 0],
+        "width_error_m": extent[:, 1],
+    }
+
+
+EXTENT = ("length_m", "width_m")
 
 
 def modulo_half_turn(heading_error_deg: Floats) -> Floats:
@@ -162,21 +148,20 @@ def modulo_half_turn(heading_error_deg: Floats) -> Floats:
     return np.degrees(wrap(np.radians(heading_error_deg), np.pi))
 
 
-def _corner_motion(pair: pd.DataFrame) -> tuple[Floats, Floats]:
+def _corner_motion(judged: pd.DataFrame, true: pd.DataFrame) -> tuple[Floats, Floats]:
     """(K, 2) true velocity and acceleration of the tracked corner in world axes [m/s, m/s^2].
 
     The body is rigid: v = v_centre + w x r and a = a_centre - w^2 r, with the yaw rate w and the vector r from the
     centre to the corner. The change of the yaw rate is not known and left out.
     """
-    sign = pair[["corner_along", "corner_across"]].to_numpy(np.float64)
-    half = 0.5 * sign * pair[["length_m_true", "width_m_true"]].to_numpy(np.float64)
-    to_corner = turned(half, pair["yaw_world_rad_true"].to_numpy(np.float64))
-    yaw_rate = pair["yaw_rate_radps"].to_numpy(np.float64)[:, None]
+    half = 0.5 * columns_of(judged, ("corner_along", "corner_across")) * columns_of(true, EXTENT)
+    to_corner = turned(half, true["yaw_world_rad"].to_numpy(np.float64))
+    yaw_rate = true["yaw_rate_radps"].to_numpy(np.float64)[:, None]
     across = np.column_stack([-to_corner[:, 1], to_corner[:, 0]])
-    velocity, acceleration = _pair(pair, "v{}_world_mps_true"), _pair(pair, "a{}_world_mps2_true")
+    velocity, acceleration = _pair(true, "v{}_world_mps"), _pair(true, "a{}_world_mps2")
     return velocity + yaw_rate * across, acceleration - yaw_rate**2 * to_corner
 
 
 def _pair(rows: pd.DataFrame, column: str) -> Floats:
     """(K, 2) two columns, for x and y."""
-    return np.asarray(rows[[column.format(axis) for axis in "xy"]], dtype=np.float64)
+    return columns_of(rows, (column.format(axis) for axis in "xy"))

@@ -96,8 +96,8 @@ def effective_number(share: Floats, variance: Floats, few: Floats | float) -> Fl
 def binomial_interval(share: Floats, number: Floats) -> tuple[Floats, Floats]:
     """Return the limits (K,) of shares (K,) of a number of observations (K,), which need not be whole."""
     count = share * number
-    low = scipy.stats.beta.ppf(TAIL, count, number - count + 1.0)
-    high = scipy.stats.beta.ppf(1.0 - TAIL, count + 1.0, number - count)
+    low = scipy.special.betaincinv(count, number - count + 1.0, TAIL)
+    high = scipy.special.betaincinv(count + 1.0, number - count, 1.0 - TAIL)
     return np.where(share <= 0.0, 0.0 * number, low), np.where(share >= 1.0, 1.0 + 0.0 * number, high)
 
 
@@ -127,7 +127,7 @@ def _weights(n: int) -> Floats:
 
 def _coverage(rank: int, n: int) -> float:
     """Return the probability that the median lies between the values of this rank from below and from above."""
-    return float(1.0 - 2.0 * scipy.stats.binom.cdf(rank - 1, n, 0.5))
+    return float(1.0 - 2.0 * scipy.special.bdtr(rank - 1, n, 0.5))
 
 
 FEW_SEEDS = 10

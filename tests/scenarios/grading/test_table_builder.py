@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from luxloop.scenarios.grading.frame_tables import CHUNK_FRAMES, Schema, TableBuilder
+from luxloop.scenarios.grading.frame_tables import CHUNK_FRAMES, Schema, TableBuilder, rows_of_pairs
 
 SCHEMA: Schema = {"name": np.str_, "x_m": np.float64, "kind": ("car", "bus")}
 
@@ -57,3 +57,18 @@ def test_memory_does_not_grow_with_the_number_of_frames():
         tracemalloc.stop()
     assert held[1] - held[0] < 10_000
     assert len(builder.build()) == 7 * CHUNK_FRAMES * 8
+
+
+def test_pairs_are_found_at_their_first_row():
+    """Ids that occur on one side only, unordered frames, pairs that occur twice, and frames shared by other ids."""
+    rng = np.random.default_rng(1)
+    frame, number = rng.integers(0, 5, 60), rng.choice([-1, 3, 4, 10**12], 60)
+    of_frame, of_number = rng.integers(0, 5, 12), rng.choice([-1, 4, 7, 10**12], 12)
+    others = list(zip(of_frame.tolist(), of_number.tolist(), strict=True))
+    expected = [
+        others.index(pair) if pair in others else -1 for pair in zip(frame.tolist(), number.tolist(), strict=True)
+    ]
+    assert -1 in expected
+    assert len(set(others)) < len(others)
+    assert rows_of_pairs(frame, number, of_frame, of_number).tolist() == expected
+    assert rows_of_pairs(frame[:2], number[:2], of_frame[:0], of_number[:0]).tolist() == [-1, -1]
