@@ -121,7 +121,7 @@ def measure(truth: pd.DataFrame, judged: pd.DataFrame) -> dict[str, npt.NDArray[
         Table of a run, and the judged rows of its table `tracks`.
     """
     keys = (table[name].to_numpy() for table in (judged, truth) for name in ("frame", "actor_id"))
-    true = truth.take(rows_of_pairs(*keys))
+    true = truth.reset_index(drop=True).reindex(rows_of_pairs(*keys))  # NaN where truth has no row
     velocity, acceleration = _corner_motion(judged, true)
     tracked_v, tracked_a = _pair(judged, "v{}_world_mps"), _pair(judged, "a{}_world_mps2")
     standing = (judged["true_mode"] == MODELS[0]).to_numpy(np.bool_)
