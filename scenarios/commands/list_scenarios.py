@@ -34,7 +34,7 @@ def list_scenarios(
     from luxloop.scenarios.files import shipped
 
     if folder:
-        print_text(shipped.STUDIES if studies else shipped.CATALOG)
+        print_text(str(shipped.STUDIES if studies else shipped.CATALOG))
         return
     filters = {"family": family, "kind": kind, "suite": suite}
     if studies:
