@@ -31,11 +31,14 @@ def waits(clear: ClearTable) -> pd.DataFrame:
     ids, earliest, vehicle = np.unique(
         clear.vehicles["actor_id"].to_numpy()[in_time], return_index=True, return_inverse=True
     )
+    hits = np.flatnonzero(clear.is_hit[in_time])
+    of_hit, first_hit = np.unique(vehicle[hits], return_index=True)
     first, hit_s = in_time[earliest], np.full(len(ids), np.inf)
-    np.minimum.at(hit_s, vehicle[clear.is_hit[in_time]], time_s[in_time][clear.is_hit[in_time]])
+    hit_s[of_hit] = time_s[in_time[hits[first_hit]]]  # NaN in files without times
     order = np.argsort(earliest)
-    first, wait_s = first[order], (hit_s - time_s[first])[order]
-    return clear.vehicles.iloc[first].assign(never=np.isinf(wait_s), wait_s=wait_s)
+    first, hit_s = first[order], hit_s[order]
+    never = np.isinf(hit_s)
+    return clear.vehicles.iloc[first].assign(never=never, wait_s=np.where(never, np.inf, hit_s - time_s[first]))
 
 
 def grade(sheet: MetricSheet, run: "RunObservations") -> None:
