@@ -13,7 +13,7 @@ from support.sensor_scenes import ActorSpec, small_unit, walls, world
 from luxloop.sensor_model.kernels import clusters, noise
 from luxloop.sensor_model.kernels.philox import philox
 from luxloop.sensor_model.lidar import Lidar
-from luxloop.sensor_model.noise import dropout, false_alarms, outage, rain, random_draws, spray
+from luxloop.sensor_model.noise import dropout, false_alarms, outage, precipitation, random_draws, spray
 from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.rig.rig import Mount, Rig
@@ -23,7 +23,7 @@ USERS = {
     random_draws: ("beam_pairs", "counter_pairs"),
     dropout: ("soft_thresholds",),
     false_alarms: ("rare_beams",),
-    rain: ("rare_beams",),
+    precipitation: ("rare_beams",),
     spray: ("cluster_echoes",),
     outage.kernels: ("silent_units", "_uniform"),
     clusters: ("_chord", "_beams_near"),
