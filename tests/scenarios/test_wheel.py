@@ -113,7 +113,7 @@ def test_the_viewer_of_a_run_serves_its_page(binaries, folder):
     """In a browser, which is not there."""
     luxloop = str(binaries / "luxloop")
     run_checked([luxloop, "run", "examples/my-first.toml", "--out", "viewed"], folder)
-    variables = environment(BROWSER="true", RUST_LOG="info")  # a recording in the process of the tests turns messages off
+    variables = environment(BROWSER="true", RUST_LOG="info")  # a recording of an earlier test turns messages off
     viewer = subprocess.Popen(
         [luxloop, "view", "viewed", "--web"], cwd=folder, env=variables,
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
