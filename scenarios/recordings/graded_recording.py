@@ -189,6 +189,6 @@ def grade_recording(
         file = TrackFile(tracks, recording.time_s)
         with guarded(file.as_device, rules.tracker) as device_of_file:
             result = grade_device(recording, device_of_file, rules, str(tracks), timed=False)
-        return replace(result, warnings=file.warnings)
+        return replace(result, warnings=(*result.warnings, *file.warnings))
     name = tracker or device.SHIPPED
     return run_tracker(recording, device.load(name), rules, name, step_timeout_s=step_timeout_s)

@@ -1,5 +1,7 @@
 """Actions of OpenSCENARIO files."""
 
+from collections.abc import Callable
+
 from luxloop.sim.openscenario.catalogs import require_entity
 from luxloop.sim.openscenario.routing_elements import read_destination, read_route, read_trajectory
 from luxloop.sim.openscenario.storyboard import (
@@ -12,10 +14,6 @@ from luxloop.sim.openscenario.storyboard import (
 )
 from luxloop.sim.xml_tree import XmlElement
 
-SUPPORTED = (
-    "SpeedAction, LaneChangeAction, LongitudinalDistanceAction, AssignRouteAction, AcquirePositionAction, "
-    "FollowTrajectoryAction, and TeleportAction in Init"
-)
 FLAGS = {"true": "yes", "1": "yes", "false": "", "0": ""}
 
 
@@ -28,23 +26,11 @@ def read_private_action(element: XmlElement, entities: dict[str, Entity]) -> tup
         The action is not supported.
     """
     action = _innermost(element)
-    match action.tag:
-        case "SpeedAction":
-            return _speed(action, entities), action
-        case "LaneChangeAction":
-            return _lane_change(action, entities), action
-        case "LongitudinalDistanceAction":
-            return _distance(action, entities), action
-        case "AssignRouteAction":
-            return read_route(action, entities), action
-        case "AcquirePositionAction":
-            return read_destination(action, entities), action
-        case "FollowTrajectoryAction":
-            return read_trajectory(action, entities), action
-        case "TeleportAction":
-            raise action.error("is supported in Init only, since bodies cannot jump during a run; remove the event")
-        case _:
-            raise action.error(f"is not supported; supported are {SUPPORTED}")
+    if action.tag in READERS:
+        return READERS[action.tag](action, entities), action
+    if action.tag == "TeleportAction":
+        raise action.error("is supported in Init only, since bodies cannot jump during a run; remove the event")
+    raise action.error(f"is not supported; supported are {SUPPORTED}")
 
 
 def _innermost(element: XmlElement) -> XmlElement:
@@ -118,3 +104,15 @@ def _positive(element: XmlElement, name: str, default: float | None = None) -> f
     if (value := element.number(name, default)) <= 0:
         raise element.error(f"{name} = {value:g} should be positive")
     return value
+
+
+READERS: dict[str, Callable[[XmlElement, dict[str, Entity]], Action]] = {
+    "SpeedAction": _speed,
+    "LaneChangeAction": _lane_change,
+    "LongitudinalDistanceAction": _distance,
+    "AssignRouteAction": read_route,
+    "AcquirePositionAction": read_destination,
+    "FollowTrajectoryAction": read_trajectory,
+}
+"""Actions of an event, by their element."""
+SUPPORTED = f"{', '.join(READERS)}, and TeleportAction in Init"

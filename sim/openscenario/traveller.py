@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from luxloop.sim.opendrive.road import Road
 from luxloop.sim.opendrive.road_network import RoadNetwork
 from luxloop.sim.openscenario.storyboard import Dynamics, Entity, LaneChangeAction
-from luxloop.sim.openscenario.trajectory import Trajectory
+from luxloop.sim.openscenario.trajectory import STANDING_M, Trajectory
 from luxloop.sim.openscenario.transitions import lane_change_extent, share
 from luxloop.sim.xml_tree import XmlElement
 
-SLOWEST_M = 1e-6
-"""[m] Shorter steps do not define a course."""
 NARROWEST = 0.05
 """Least distance of a lane from the centre of its bend, as a share of the bend's radius."""
 
@@ -147,7 +145,7 @@ class Traveller:
             return
         offset = self.offset + (self.change.remaining if self.change else 0.0)
         self.t = self.road.centre(self.s, self._lane) + offset
-        if road is self.road and along > SLOWEST_M:
+        if road is self.road and along > STANDING_M:
             self._course = math.atan2(self.forward * (self.t - before), along)
 
     def _across(self, step: float, distance: float) -> float:
