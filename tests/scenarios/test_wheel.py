@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -16,6 +15,7 @@ from urllib.request import ProxyHandler, build_opener
 import pytest
 from support.installed import FOLDERS, INSTALLED, copy_kernels, environment, run_checked
 from support.paths import EXAMPLES, ROOT
+from support.viewers import page_of
 
 pytestmark = pytest.mark.slow
 
@@ -120,9 +120,7 @@ def test_the_viewer_of_a_run_serves_its_page(binaries, folder):
     )  # fmt: skip
     with viewer:
         try:
-            hosted = (re.search(r"web-viewer at (http://127\.0\.0\.1:\d+)", line) for line in viewer.stderr)
-            page = next(filter(None, hosted))[1]
-            with build_opener(ProxyHandler({})).open(page, timeout=60) as answer:
+            with build_opener(ProxyHandler({})).open(page_of(viewer), timeout=60) as answer:
                 assert answer.status == 200
                 assert b"Rerun" in answer.read()
         finally:

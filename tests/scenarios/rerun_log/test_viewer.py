@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import signal
 import socket
 import subprocess
@@ -11,9 +10,11 @@ import time
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
+from urllib.parse import urlsplit
 
 import pytest
 from support import short_run
+from support.viewers import page_of
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import InputError
@@ -125,7 +126,7 @@ def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_comm
     with ExitStack() as ended:
         start = partial(subprocess.Popen, command, stderr=subprocess.PIPE, text=True, env=environment)
         shown = [ended.enter_context(start()) for _ in range(2)]
-        ports = [_port_of_page(each) for each in shown]
+        ports = [urlsplit(page_of(each)).port for each in shown]
         for each in shown:
             each.terminate()
         assert [each.wait(timeout=60) for each in shown] == [143, 143]
@@ -134,11 +135,6 @@ def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_comm
     while any(map(_is_served, ports)) and time.monotonic() < deadline:
         time.sleep(0.1)
     assert not any(map(_is_served, ports))
-
-
-def _port_of_page(shown):
-    hosted = (re.search(r"web-viewer at http://127\.0\.0\.1:(\d+)", line) for line in shown.stderr)
-    return int(next(filter(None, hosted))[1])
 
 
 def _is_served(port):
