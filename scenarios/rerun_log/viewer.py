@@ -85,7 +85,7 @@ def show(recording: Path, at_s: float | None, *, web: bool = False, analytics: b
     port = _free_port()
     command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", "--port", str(port), str(recording)]
     if web:
-        command += ["--web-viewer", "--web-viewer-port", str(_free_port())]
+        command += ["--web-viewer", "--web-viewer-port", "0"]  # any free one
     with viewer_environment(analytics) as environment, _started(command, environment) as viewer:
         if at_s is not None and not web:
             deadline = time.monotonic() + LOADING_S
