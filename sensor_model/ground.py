@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sensor_model.kernels.ground_hits import BLOCK
 from luxloop.sensor_model.kernels.records import Ground
 from luxloop.sim.world import Ego, Terrain

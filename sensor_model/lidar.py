@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
 from luxloop.sensor_model.bodies.tilt import tilt_rotations
 from luxloop.sensor_model.bodies.walls import NearbyWalls, walls_of

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sensor_model.bodies.scene import relative_pose
 from luxloop.sensor_model.noise.odometry_drift import OdometryNoise
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.bodies.walls import Walls
 from luxloop.sensor_model.kernels import records

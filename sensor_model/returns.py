@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Bytes, Floats, Ints
+from luxloop.arrays import Bytes, Floats, Ints
 from luxloop.tracker.scan import PointFlag
 
 NOTHING = -1

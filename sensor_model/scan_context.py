@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.ground import FLAT
 from luxloop.sensor_model.kernels.calibration_shift import calibration_shift

@@ -6,7 +6,7 @@ from enum import IntEnum, IntFlag
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Bytes, Floats, Ints
+from luxloop.arrays import Bytes, Floats, Ints
 
 NO_ACTOR = -1
 """`ScanTruth.actor_id` of points that are not on an actor."""

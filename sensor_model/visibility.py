@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bytes, Floats
+from luxloop.arrays import Bytes, Floats
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.kernels.outlines import count_on_faces, label_echoes
 from luxloop.sensor_model.kernels.records import OutlinedBodies

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sim.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.sim.world import Kind
 
 SHORTEST_M, LONGEST_M = 13.5, 19.0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sim.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sim.ground_contact import ground_contact
 from luxloop.sim.kinematics import Kinematics
 from luxloop.sim.modes import ModeClassifier, ModeLimits

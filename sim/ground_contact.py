@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.world import Terrain
 
 WHEELBASE_SHARE = 0.6

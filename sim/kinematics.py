@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from luxloop.sim.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.sim.roster import Member
 from luxloop.sim.world import JOINTS, Collision, no_angles
 

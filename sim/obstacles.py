@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.world import Obstacles
 
 StreetKind = Literal["building", "wall", "barrier", "fence", "guard-rail", "pole", "tree", "traffic-sign", "bollard"]

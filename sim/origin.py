@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 
 STEP_M = 10_000.0
 """[m] Grid of possible origins: round numbers keep coordinates recognisable; small maps keep the origin (0, 0)."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sim.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.sim.world import Terrain
 
 CELL_M = 2.0

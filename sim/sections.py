@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sim.articulation import LONGEST_BUS_M, hitch, is_articulated
 from luxloop.sim.world import JOINTS, Kind
 

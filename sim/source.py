@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from luxloop.arrays import Floats
 from luxloop.errors import Error
-from luxloop.sim.arrays import Floats
 from luxloop.sim.world import Collision, Obstacles, WorldFrame
 
 

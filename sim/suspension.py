@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sim.world import Kind
 
 GRAVITY = 9.81

@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 
 JOINTS = 7
 """Most joints of a vehicle."""

@@ -37,14 +37,14 @@ def passed_on():
 PROGRAM = "from toy.kernels.caller import caller; print(caller(10), sum(caller.stats.cache_hits.values()))"
 
 
-@pytest.fixture(params=["sim", "tracker", "sensor_model"])
-def toy(request, tmp_path):
-    """Path of a package `toy` with the decorator of a package of luxloop, in which `caller(10)` is 30."""
+@pytest.fixture
+def toy(tmp_path):
+    """Path of a package `toy` with luxloop's decorator, in which `caller(10)` is 30."""
     folder = tmp_path / "toy"
     (folder / "kernels").mkdir(parents=True)
     for path in (folder / "__init__.py", folder / "kernels/__init__.py"):
         path.touch()
-    shutil.copy(ROOT / request.param / "compiled.py", folder)
+    shutil.copy(ROOT / "luxloop" / "compiled.py", folder)
     (folder / "limits.py").write_text("LIMIT = 1\n")
     (folder / "kernels/callee.py").write_text(CALLEE.format(value=2))
     (folder / "kernels/middle.py").write_text(MIDDLE)

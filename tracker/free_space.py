@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Floats32
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Floats32
+from luxloop.compiled import kernel
 
 BINS = 512
 """Bins of bearing, 0.7 degrees each: a beam of a layer or two."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.tracker.arrays import Floats
+from luxloop.arrays import Floats
 
 QUARTER = np.pi / 2
 

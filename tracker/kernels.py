@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats
+from luxloop.compiled import kernel
 
 
 def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> Bools:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.kernels import inside
 from luxloop.tracker.records import NOT_USED, OrientedBoxes, Segments
 from luxloop.tracker.vehicle_classes import LONGEST_M, WIDEST_M

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.tracker.arrays import Floats, Floats32
+from luxloop.arrays import Floats, Floats32
 
 COLUMNS: dict[str, np.dtype[Any]] = {
     "time_offset": np.dtype(np.float32),

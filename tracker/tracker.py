@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.tracker.arrays import Ints
+from luxloop.arrays import Ints
 from luxloop.tracker.detection.boxes import small_boxes
 from luxloop.tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
 from luxloop.tracker.merging import MergeConfig

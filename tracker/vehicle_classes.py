@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats
+from luxloop.compiled import kernel
 
 FACE_MIN_M = 0.6
 """A side with a smaller visible extent may face away [m]; corners are rounded by 0.25 to 0.4."""

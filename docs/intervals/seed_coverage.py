@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from intervals.populations import Kind
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.statistics.intervals import Interval
 from luxloop.scenarios.study import survival
 from luxloop.scenarios.study.curves import Estimate, estimate

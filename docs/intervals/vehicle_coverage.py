@@ -8,7 +8,7 @@ import pandas as pd
 from intervals.populations import FOLDER
 from intervals.seed_coverage import Coverage, of_intervals
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
 from luxloop.scenarios.compare.resampling import difference_interval
 from luxloop.scenarios.compare.run_pairs import read_side

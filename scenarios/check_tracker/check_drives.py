@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.run import loop

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.compare.digest import RunDigest, RunFacts
 from luxloop.scenarios.compare.vehicle_sums import SUMS, TRUTH, VehicleSums
 from luxloop.scenarios.errors import OutputError

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.compare.vehicle_sums import COLUMNS, FURTHER
 from luxloop.scenarios.grading import tracking_scores
 from luxloop.scenarios.grading.tracking_scores import ALPHAS

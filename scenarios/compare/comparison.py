@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric, values
 from luxloop.scenarios.compare.digest import Expectation, Key
 from luxloop.scenarios.compare.resampling import SEED, TIE, Difference, differences

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import ComparedMetric, values
 from luxloop.scenarios.statistics.jackknife import effective_clusters, standard_error, student
 

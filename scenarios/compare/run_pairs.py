@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.compare import baseline_file
 from luxloop.scenarios.compare.digest import LIMITS, Key, RunDigest, differing, digest, read_run
 from luxloop.scenarios.compare.vehicle_sums import counterparts

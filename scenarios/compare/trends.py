@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup, escape
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.compare import run_pairs
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric, values
 from luxloop.scenarios.compare.comparison import MetricVerdict, compare

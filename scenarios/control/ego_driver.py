@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.control.control_config import CruiseConfig
 from luxloop.scenarios.grading.articulated import parts
 from luxloop.scenarios.grading.metric_sheet import MetricSheet

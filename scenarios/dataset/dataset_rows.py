@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from luxloop.scenarios.arrays import Floats, Floats32
+from luxloop.arrays import Floats, Floats32
 from luxloop.scenarios.dataset.dataset_columns import OBSTACLES, Values
 from luxloop.scenarios.files.input_file import read_parquet
 from luxloop.scenarios.grading.articulated import ARTICULATION

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats32
+from luxloop.arrays import Floats32
 from luxloop.scenarios.exchange.tabular_boxes import CONFIRMED
 from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.offline.recorded_scans import RecordedRun

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import BoxTable
 from luxloop.scenarios.exchange.paired_frames import BoxLimits, FramePairs, left_out, matched

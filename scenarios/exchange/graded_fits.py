@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Ints
+from luxloop.arrays import Ints
 from luxloop.scenarios.document.document import Answer, Document, Paragraph, Section
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange import file_tables, tabular_boxes

@@ -16,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Ints
+from luxloop.arrays import Ints
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.exchange.exported_run import confirmed_tracks
 from luxloop.scenarios.grading.plane_geometry import into_frame, turned

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Ints
+from luxloop.arrays import Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import ANY_AXES, BoxTable, checked, is_count
 from luxloop.scenarios.exchange.file_formats import Role

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
 from luxloop.scenarios.grading.clear_table import ROUNDING

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.scenarios.dataset.dataset_columns import Column
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import ANY_AXES, BoxTable, Texts, checked

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.grading.plane_geometry import turned
 from luxloop.sim.sections import section_moves, sections
 from luxloop.sim.world import JOINTS, Kind

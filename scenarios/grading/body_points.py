@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.sensor_model.noise.noise_config import NoiseConfig
 from luxloop.sensor_model.rig.rig import Rig

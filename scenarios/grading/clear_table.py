@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.matching import CONTINUITY, NO_TRACK
 
 COUNTED = ("graded", "false")

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.frame_tables import rows_by_actor
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig

@@ -34,7 +34,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import body_points
 from luxloop.scenarios.grading.body_points import BodyPoints, Complexes, Ranging
 from luxloop.scenarios.grading.frame_tables import columns_of, rows_of_pairs

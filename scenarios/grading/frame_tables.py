@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.grading.articulated import ARTICULATION
 from luxloop.scenarios.grading.matching import TrackVerdict
 from luxloop.scenarios.metrics.definitions import CANDIDATES, HORIZONS, VIEWS, estimates

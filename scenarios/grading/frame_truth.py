@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.articulated import ARTICULATION, section_boxes
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.plane_geometry import into_frame, iou_table

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.clear_table import ClearTable
 from luxloop.scenarios.grading.frame_tables import columns_of
 from luxloop.scenarios.grading.metric_sheet import MetricSheet

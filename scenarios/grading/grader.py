@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import fit_errors, frame_tables
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.emergence import EmergenceLog, emergence_table

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.result import Metric
 from luxloop.scenarios.statistics.intervals import NO_ERROR, TOO_FEW, Interval

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.frame_tables import columns_of, rows_by_actor
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.grading.plane_geometry import corner, matching_sign, nearest_sign, out_of_frame, turned

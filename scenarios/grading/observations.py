@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading import clear_table, fit_errors, mma_metrics, track_metrics
 from luxloop.scenarios.grading.articulated import angles_of
 from luxloop.scenarios.grading.clear_table import HitStep, TrackingSequence, clear_hits, tracking_sequence

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.grading.frame_tables import rows_by_actor
 from luxloop.scenarios.grading.frame_truth import IS_ON_NOTHING, IS_VEHICLE, FrameTruth
 from luxloop.scenarios.grading.grading_config import GradingConfig

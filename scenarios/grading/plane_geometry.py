@@ -5,7 +5,7 @@ Angles are in radians, counter-clockwise. A pose is (x, y, yaw); a box is (x, y,
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 
 QUARTER = np.pi / 2
 CORNER_SIGNS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.frame_tables import SNAPSHOT_KINDS, SNAPSHOT_POINTS, SNAPSHOTS, TableBuilder
 from luxloop.scenarios.grading.frame_truth import FrameTruth
 from luxloop.scenarios.grading.matching import NO_TRACK, TrackVerdict

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.grading import frame_tables, mma_metrics
 from luxloop.scenarios.grading.frame_truth import IS_VULNERABLE, FrameTruth
 from luxloop.scenarios.grading.matching import NO_TRACK, TrackMatcher, TrackVerdict

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.grading import tracking_scores
 from luxloop.scenarios.grading.clear_table import ClearTable, IdSwitch, TrackingSequence, id_switches
 from luxloop.scenarios.grading.frame_tables import columns_of, rows_of_pairs

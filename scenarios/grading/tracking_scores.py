@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.grading.clear_table import (
     ROUNDING,
     HitStep,

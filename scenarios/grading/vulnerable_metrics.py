@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from luxloop.scenarios.arrays import Bools, Ints
+from luxloop.arrays import Bools, Ints
 from luxloop.scenarios.grading import track_metrics, tracking_scores
 from luxloop.scenarios.grading.clear_table import (
     ClearTable,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.grading.figures import counted
 from luxloop.scenarios.grading.observations import Observations, RunObservations
 from luxloop.scenarios.grading.snapshots import CONFIRMATION_S, listed

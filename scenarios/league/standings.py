@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.compare import comparison, run_pairs
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
 from luxloop.scenarios.compare.comparison import Comparison

@@ -11,8 +11,8 @@ import pandas as pd
 import pyarrow as pa
 from pydantic import TypeAdapter, ValidationError
 
+from luxloop.arrays import Floats, Floats32
 from luxloop.plugins import PluginError
-from luxloop.scenarios.arrays import Floats, Floats32
 from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values
 from luxloop.scenarios.dataset.dataset_rows import records_of

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.grading import body_points
 from luxloop.scenarios.grading.body_points import Ranging
 from luxloop.scenarios.grading.frame_truth import FrameTruth

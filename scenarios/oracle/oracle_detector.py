@@ -32,7 +32,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.frame_truth import NO_ACTOR_ROW
 from luxloop.scenarios.grading.plane_geometry import QUARTER, turned
 from luxloop.scenarios.oracle.oracle_truth import OracleContext, Truth, oracle_over

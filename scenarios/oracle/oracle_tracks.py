@@ -31,7 +31,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.mma_metrics import MODE_OF
 from luxloop.scenarios.oracle.oracle_truth import OracleContext, oracle_over
 from luxloop.scenarios.oracle.stage import Stage

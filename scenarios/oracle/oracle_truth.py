@@ -5,7 +5,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.frame_truth import IS_VEHICLE, NO_ACTOR_ROW, Ownership, point_rows
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.plane_geometry import into_frame, out_of_frame, turned

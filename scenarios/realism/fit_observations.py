@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.grading.plane_geometry import turned
 from luxloop.scenarios.realism import labelled_fits, labelled_vehicle

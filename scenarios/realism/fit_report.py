@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.document.document import Answer, Document, Section, Table
 from luxloop.scenarios.realism.fit_observations import VIEWS, range_bands
 from luxloop.scenarios.realism.labelled_fits import COMPARED

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.grading.plane_geometry import QUARTER, wrap
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 from luxloop.tracker.detection import rectangles, segmentation, selection, tlinkage

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.realism import vehicle_figures
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.realism import labelled_fits
 from luxloop.scenarios.realism.labelled_vehicle import LabelledVehicle
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.grading.plane_geometry import into_frame
 from luxloop.scenarios.recordings.ego_mount import EgoMount, levelled

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.recordings.ego_mount import EgoMount
 from luxloop.scenarios.recordings.layer_cut import ElevationCut, HeightCut

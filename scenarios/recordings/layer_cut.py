@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.recordings.sweep import Sweep
 

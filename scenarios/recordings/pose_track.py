@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.errors import InputError
 
 GAP_S = 0.5

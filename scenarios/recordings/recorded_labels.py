@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.dataset.dataset_columns import Values
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exchange import file_formats

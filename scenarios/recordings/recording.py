@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.dataset.dataset_columns import Values
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.world import Obstacles
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.control.ego_driver import Decision
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.grading.articulated import parts

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.errors import InputError, OutputError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.rerun_log import blueprint

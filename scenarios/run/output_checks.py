@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.scenarios.run.user_code import text_of
 from luxloop.tracker.records import (
     METHODS,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.statistics.intervals import TAIL, Interval
 
 LAPSES = (0.0, 0.02, 0.04)

@@ -24,7 +24,7 @@ import functools
 import numpy as np
 import scipy
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)

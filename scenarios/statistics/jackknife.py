@@ -18,7 +18,7 @@ import math
 import numpy as np
 import scipy
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.statistics.intervals import (
     CONFIDENCE,
     FEWEST_CLUSTERS,

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.statistics.intervals import (
     Interval,
     bounded_mean_interval,

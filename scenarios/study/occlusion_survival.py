@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.document.document import Answer, Document, Section, Table, json_data
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import SERIES

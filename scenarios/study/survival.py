@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.scenarios.document.figure import Figure, note
 from luxloop.scenarios.document.palette import SERIES
 from luxloop.scenarios.metrics.definitions import END, STAGES, SURVIVAL, survival_measure

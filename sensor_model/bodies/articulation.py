@@ -6,7 +6,7 @@ further joints are between it and the section that defines the pose. Angles [rad
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 
 
 def rotate_vectors(vectors: Floats, angle: Floats) -> Floats:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
 from luxloop.sensor_model.bodies.outline import outline
 from luxloop.sensor_model.bodies.proportions import Draw

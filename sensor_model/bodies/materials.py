@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bytes, Floats
+from luxloop.arrays import Bytes, Floats
 from luxloop.sensor_model.truth import Part
 
 TYRE_REFLECTIVITY = 0.05

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sensor_model.bodies.solids import Solid
 
 

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bytes, Floats
+from luxloop.arrays import Bytes, Floats
 from luxloop.sensor_model.bodies.proportions import Draw
 from luxloop.sensor_model.truth import Part
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.bodies.articulation import rotate_boxes, rotate_planes
 from luxloop.sensor_model.bodies.body import Appearance, Body, build
 from luxloop.sensor_model.bodies.kernels.tilting import tilt_solids

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sensor_model.truth import Part
 
 Vector = tuple[float, float, float]

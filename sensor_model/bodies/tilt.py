@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 
 
 def tilt_rotations(attitude: Floats) -> Floats:

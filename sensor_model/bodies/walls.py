@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sim.world import Obstacles, Terrain
 
 STRIDE = 20.0

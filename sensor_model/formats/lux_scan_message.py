@@ -11,7 +11,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Bytes, Floats
+from luxloop.arrays import Bytes, Floats
 
 DATA_TYPE = 0x2202
 """Type of the message in the data header of the network protocol."""

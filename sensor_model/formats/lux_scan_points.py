@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.formats.lux_scan_message import (
     CM_PER_M,
     TICKS_PER_DEG,

@@ -2,8 +2,8 @@
 
 import math
 
-from luxloop.sensor_model.arrays import Floats
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 
 
 @kernel()

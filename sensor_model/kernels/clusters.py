@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Key
-from luxloop.sensor_model.compiled import kernel
-from luxloop.sensor_model.kernels.philox import philox, uniform
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
+from luxloop.sensor_model.kernels.philox import Key, philox, uniform
 from luxloop.sensor_model.kernels.records import BeamAxes, Droplets, Fans, UnitPoses
 
 _UNIT_BITS = 8  # a unit's number is a byte; the purpose in the counter's bits above separates these draws from others

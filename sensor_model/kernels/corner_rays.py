@@ -11,8 +11,8 @@ the slopes of the lowest and highest rays of the beam.
 
 import math
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import NONE
 
 MISSED = -2

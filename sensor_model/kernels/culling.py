@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.azimuth_interval import body_interval, wall_interval
 from luxloop.sensor_model.kernels.records import EgoDrive
 

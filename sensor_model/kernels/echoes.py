@@ -5,8 +5,8 @@ Samples are those of `records.Samples`; echoes are columns of `echo` and `echo_i
 
 import math
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import POWER, RANGE, SURFACE, TARGET, WIDTH, Receiver
 
 _START = 0.1  # [m] length of an echo's start, four sigma of a LUX: samples within it decide the echo's surface

@@ -7,8 +7,8 @@ above all its nodes. In a triangle the height of a ray above the ground is linea
 
 import math
 
-from luxloop.sensor_model.arrays import Floats
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import (
     COSINE,
     INNER_SURFACE,

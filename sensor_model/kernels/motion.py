@@ -1,7 +1,7 @@
 """Motion of ego and bodies around the frame's time: constant acceleration and constant yaw rate."""
 
-from luxloop.sensor_model.arrays import Floats
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import EgoDrive
 
 

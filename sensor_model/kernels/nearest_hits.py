@@ -5,8 +5,8 @@ The functions are inlined, because a call costs an atomic reference count per ar
 
 import math
 
-from luxloop.sensor_model.arrays import Bools, Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import (
     COSINE,
     INNER_COSINE,

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints, Key
-from luxloop.sensor_model.compiled import kernel
-from luxloop.sensor_model.kernels.philox import philox, uniform
+from luxloop.arrays import Bools, Bytes, Floats, Ints
+from luxloop.compiled import kernel
+from luxloop.sensor_model.kernels.philox import Key, philox, uniform
 
 TABLE_BITS = 12
 """Bits of the index into lookup tables that replace costly functions of a random number."""

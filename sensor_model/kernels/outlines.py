@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Bools, Bytes, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import OutlinedBodies
 from luxloop.sensor_model.kernels.straight_points import straight_point, turned
 from luxloop.sensor_model.returns import GROUND

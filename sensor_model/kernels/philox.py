@@ -1,8 +1,12 @@
 """Counter-based random numbers: a pure function of a key and a counter."""
 
 import numpy as np
+import numpy.typing as npt
 
-from luxloop.sensor_model.compiled import kernel
+from luxloop.compiled import kernel
+
+Key = npt.NDArray[np.uint32]
+"""(2,) uint32 key of the generator."""
 
 _MASK = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)

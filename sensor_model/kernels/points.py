@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.motion import body_at, ego_at
 from luxloop.sensor_model.kernels.records import Beams, BodyTilts, EgoDrive, Units
 

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.motion import ego_at
 from luxloop.sensor_model.kernels.records import (
     INNER_SURFACE,

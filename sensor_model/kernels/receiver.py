@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.echoes import find_echoes, find_strong_echo, label_echo, sort_by_range
 from luxloop.sensor_model.kernels.records import (
     POWER,

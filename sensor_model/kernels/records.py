@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.arrays import Bools, Bytes, Floats, Ints
 
 INVERSE_DEPTH, COSINE, INNER_INVERSE_DEPTH, INNER_COSINE = range(4)
 """Rows of `Rays.hit`."""

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.culling import azimuths_in_fan, body_intervals, wall_intervals
 from luxloop.sensor_model.kernels.ground_hits import intersect_terrain
 from luxloop.sensor_model.kernels.rays import aim_rays, intersect_ground

@@ -2,8 +2,8 @@
 
 import math
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import (
     COSINE,
     INNER_COSINE,

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.ground_hits import terrain_hit
 from luxloop.sensor_model.kernels.motion import body_at
 from luxloop.sensor_model.kernels.records import NONE, Solids, StaticScene

@@ -9,8 +9,8 @@ The functions are inlined, because a call costs an atomic reference count per ar
 
 import math
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import NONE
 
 _ON_PLANE = 1e-300  # distance inside of an origin on a plane: the ray leaves at once, and no division by zero occurs

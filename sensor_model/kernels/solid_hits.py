@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bools, Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.body_frame import (
     azimuth_limits,
     azimuth_span,

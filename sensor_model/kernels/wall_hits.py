@@ -7,8 +7,8 @@ bounds over a beam decide most beams.
 
 import math
 
-from luxloop.sensor_model.arrays import Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Ints
+from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.corner_rays import depth_bounds
 from luxloop.sensor_model.kernels.records import COSINE, INVERSE_DEPTH, SURFACE, TARGET, Rays, StaticScene
 from luxloop.sensor_model.returns import WALL

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 
 _COSINES = 64

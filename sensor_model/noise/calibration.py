@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.rig.beams import UnitTable
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.kernels.noise import separate_echoes
 from luxloop.sensor_model.noise.thresholds import Thresholds
 from luxloop.sensor_model.returns import NOTHING, Returns

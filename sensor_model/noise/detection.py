@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats, Ints
+from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.noise.dirt import window_transmission
 from luxloop.sensor_model.noise.dropout import Sensitivity
 from luxloop.sensor_model.noise.noise_config import NoiseConfig

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sensor_model.rig.beams import BeamTable
 from luxloop.sensor_model.rig.unit_names import ALL_UNITS, unit_rows
 

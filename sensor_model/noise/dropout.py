@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from luxloop.sensor_model.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.sensor_model.kernels.noise import TABLE_BITS, soft_thresholds
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.rig.beams import BeamTable

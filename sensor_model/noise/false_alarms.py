@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bools, Ints
+from luxloop.arrays import Bools, Ints
 from luxloop.sensor_model.kernels.noise import rare_beams
 from luxloop.sensor_model.noise.clutter_mixing import Clutter, unit_beams, weak_clutter
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.noise.clutter_mixing import Clutter, droplets
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.noise.thresholds import Thresholds

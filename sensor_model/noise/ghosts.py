@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.kernels.mirrors import bright_mirrors
 from luxloop.sensor_model.kernels.records import BeamAxes, MovingPlanes, Reflectance, SurfaceHits, UnitPoses

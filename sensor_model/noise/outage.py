@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from luxloop.sensor_model.arrays import Bools
+from luxloop.arrays import Bools
 from luxloop.sensor_model.kernels import noise as kernels
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.rig.unit_names import unit_rows

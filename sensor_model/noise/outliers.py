@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 
 

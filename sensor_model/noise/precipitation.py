@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Ints
+from luxloop.arrays import Ints
 from luxloop.sensor_model.kernels.noise import rare_beams
 from luxloop.sensor_model.noise.clutter_mixing import Clutter, droplets, unit_beams
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose

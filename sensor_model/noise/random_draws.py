@@ -9,7 +9,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.kernels.noise import beam_pairs, counter_pairs
 from luxloop.sensor_model.rig.beams import BeamTable
 

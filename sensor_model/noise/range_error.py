@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.rig.beams import BeamTable
 

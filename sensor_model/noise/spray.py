@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sensor_model.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.kernels.clusters import cluster_echoes
 from luxloop.sensor_model.kernels.records import BeamAxes, Droplets, Fans, UnitPoses

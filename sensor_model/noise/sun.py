@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Bools
+from luxloop.arrays import Bools
 from luxloop.sensor_model.rig.beams import BeamTable
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from luxloop.sensor_model.arrays import Bools, Bytes, Floats
+from luxloop.arrays import Bools, Bytes, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from luxloop.sensor_model.arrays import Bytes, Floats, Ints
+from luxloop.arrays import Bytes, Floats, Ints
 from luxloop.sensor_model.rig.rig import Mount, Rig
 from luxloop.sensor_model.rig.unit import Fan, UnitModel
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sim.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.sim.candidates.candidates import Candidates
 from luxloop.sim.candidates.line_of_sight import count_blocked, count_near
 from luxloop.sim.candidates.moment import Body, Moment

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import scipy
 
-from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 
 CHUNK = 400_000
 """Triples of ego, neighbour and blocker that are tested at a time; it bounds the memory."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from luxloop.sim.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)

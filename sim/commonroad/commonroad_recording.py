@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.commonroad.commonroad_checks import require_plausible_numbers
 from luxloop.sim.obstacles import Prism
 from luxloop.sim.optional_packages import install_command

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.frame_builder import FrameBuilder
 from luxloop.sim.highway.agents import controlled_action, idle_action, install_drivers
 from luxloop.sim.highway.environment import POLICY_HZ, Tuning, make, recorded_tuning, restore, translated_errors

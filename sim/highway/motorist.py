@@ -13,7 +13,7 @@ import numpy as np
 from highway_env.road.regulation import RegulatedRoad
 from highway_env.vehicle.behavior import IDMVehicle
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.highway.environment import SIMULATION_HZ
 
 COMFORTABLE_ACCELERATION = 3.5

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.xml_tree import XmlElement
 
 LINK_M = 0.1

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.sim.arrays import Ints
+from luxloop.arrays import Ints
 from luxloop.sim.articulation import hitch, is_articulated
 from luxloop.sim.physical.kernels.records import NO_FRAME, BodyDimensions, BodyStates, RawHistory
 from luxloop.sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sim.kinematics import Kinematics, RawFrame
 from luxloop.sim.physical.body_tables import BodyTables, has_sections
 from luxloop.sim.physical.kernels.frame_input import store_frame

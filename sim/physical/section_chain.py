@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.kinematics import wrap_angle
 from luxloop.sim.physical.limits import STANDING
 from luxloop.sim.roster import Member

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 
 
 def smoothing_weights(half: int) -> Floats:

@@ -23,7 +23,7 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
 from luxloop.sim.process.worker import Preload, Request, StartRun, internal_error
 from luxloop.sim.source import (

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sim.physical.limits import YAW_RATE_ON_WHEELS
 from luxloop.sim.replay.recording import Recording
 from luxloop.sim.replay.trajectories import Trajectories

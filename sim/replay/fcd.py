@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sim.compressed import open_gz
 from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from luxloop.sim.source import TrafficInputError

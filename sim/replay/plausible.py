@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.sim.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.sim.replay.recording import Recording
 from luxloop.sim.source import TrafficInputError
 

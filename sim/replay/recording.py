@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from luxloop.sim.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sim.obstacles import Prism
 from luxloop.sim.scripted.script import SIZE_BY_KIND, KindName, Size
 from luxloop.sim.source import TrafficInputError

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.sim.frame_builder import FrameBuilder
 from luxloop.sim.kinematics import RawFrame, wrap_angle
 from luxloop.sim.obstacles import obstacles

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from luxloop.arrays import Floats, Ints
 from luxloop.sim import csv_rows
-from luxloop.sim.arrays import Floats, Ints
 from luxloop.sim.compressed import DAMAGED, open_gz
 from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from luxloop.sim.source import TrafficInputError

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.obstacles import Prism, StreetKind, build
 from luxloop.sim.scripted.motions import Motion, Spin, Static, require_sequence
 from luxloop.sim.world import Kind

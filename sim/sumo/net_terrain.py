@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.road_terrain import road_terrain
 from luxloop.sim.sumo.lane_heights import lane_sections
 from luxloop.sim.world import Terrain

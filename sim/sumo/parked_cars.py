@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.roster import Member, Roster
 from luxloop.sim.sumo.parking import ParkedCar
 from luxloop.sim.sumo.teleports import Point

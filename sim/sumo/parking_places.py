@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 
 _LANE_WIDTH = 3.2
 """[m] SUMO's default of lanes and places."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.kinematics import RawFrame
 from luxloop.sim.origin import origin_near
 from luxloop.sim.roster import EGO_ID, Member, Roster

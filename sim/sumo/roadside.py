@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.obstacles import DEFAULTS, Prism, StreetKind, build, obstacles
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Obstacles

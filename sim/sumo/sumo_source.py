@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.frame_builder import FrameBuilder
 from luxloop.sim.physical.layer import PhysicalTruth
 from luxloop.sim.roster import Roster

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.sim.candidates.moment import Body, Moment
 from luxloop.sim.source import (
     EgoCommand,

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 
 REACH_M = 0.08
 """Spread of points across a perpendicular side [m], as `linkage.tau_m`: two steps of the LUX's resolution. Range noise

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker import free_space
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.segmentation import SegmentationConfig, keep_only
 from luxloop.tracker.detection.walls import extents, split

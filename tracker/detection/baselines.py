@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.detection.lines import MINIMAL_SAMPLE, fit_line
 from luxloop.tracker.detection.rectangles import measure
 from luxloop.tracker.detection.tlinkage import LOCALITY, agglomerate, hypotheses

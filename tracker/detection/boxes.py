@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Floats32, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Floats32, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.free_space import UNIT_OFFSET_M
 from luxloop.tracker.geometry import QUARTER, rotate
 from luxloop.tracker.kernels import inside, placed

@@ -12,8 +12,8 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Floats32, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Floats32, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.detection.point_groups import means
 from luxloop.tracker.geometry import rotate, wrap
 from luxloop.tracker.kernels import inside, placed

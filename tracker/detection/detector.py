@@ -6,8 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
+from luxloop.arrays import Bools, Floats
 from luxloop.tracker import merging
-from luxloop.tracker.arrays import Bools, Floats
 from luxloop.tracker.detection import (
     baselines,
     boxes,

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.lines import LENGTH_MIN_M, MINIMAL_SAMPLE, extent, fit_line, near
 from luxloop.tracker.detection.point_groups import columns

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.detection.alignment import FLATNESS_M, REACH_M, misalignment
 from luxloop.tracker.detection.point_groups import even_subset, means
 from luxloop.tracker.geometry import QUARTER, fold

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 
 MINIMAL_SAMPLE = 2
 """Points that define a line."""

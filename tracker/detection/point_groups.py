@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 
 RUN = 8
 """Items of a run, which is sorted by insertion before runs are merged."""

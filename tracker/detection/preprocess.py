@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.detection.point_groups import any_within, positions
 from luxloop.tracker.scan import PointFlag, Scan
 

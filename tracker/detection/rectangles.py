@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.detection.faces import FLATNESS_M
 from luxloop.tracker.detection.point_groups import by_key, columns
 from luxloop.tracker.geometry import fold, rotate

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.detection import point_groups
 from luxloop.tracker.detection.point_groups import by_group, by_number
 from luxloop.tracker.records import NOT_USED, SegmentedPoints, Segments

@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.detection import heading_posterior
 from luxloop.tracker.detection.alignment import FLATNESS_M, REACH_M, align
 from luxloop.tracker.detection.rectangles import measure

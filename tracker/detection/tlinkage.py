@@ -6,9 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.compiled import kernel
 from luxloop.tracker.detection.faces import label_faces
 from luxloop.tracker.detection.lidar import LidarConfig
 from luxloop.tracker.detection.lines import LineLimits, label_lines

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.detection.point_groups import by_group, by_key
 from luxloop.tracker.records import Segments
 from luxloop.tracker.scan import Scan

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.detection.point_groups import any_within, extents_along
 from luxloop.tracker.detection.segmentation import SegmentationConfig, connect
 from luxloop.tracker.records import NOT_USED

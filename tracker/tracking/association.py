@@ -7,9 +7,9 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 import scipy
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.compiled import kernel
 from luxloop.tracker.records import Status
 from luxloop.tracker.tracking.births import nearby, second_views
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions

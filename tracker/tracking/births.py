@@ -7,7 +7,7 @@ length, and within the speed of any vehicle.
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
 from luxloop.tracker.tracking.observations import Observations

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.tracking.orientation import correlated_sum
 from luxloop.tracker.tracking.track_table import TrackTable

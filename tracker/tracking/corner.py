@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.compiled import kernel
 from luxloop.tracker.geometry import mahalanobis, rotate_one, rotated_covariance
 from luxloop.tracker.tracking.filters import ORDERS, FilterConfig, moved
 

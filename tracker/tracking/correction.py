@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.tracker.geometry import rotate_one
 from luxloop.tracker.tracking import corner, heading, mma, orientation, vehicle_size
 from luxloop.tracker.tracking.confirmation import check_motion, count_view, reacquire

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.tracker import free_space
-from luxloop.tracker.arrays import Floats
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.compiled import kernel
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracking.corner import corner_covariance
 from luxloop.tracker.tracking.track_table import COASTING, DEAD, TrackTable

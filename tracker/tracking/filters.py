@@ -14,9 +14,9 @@ from typing import Literal
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.compiled import kernel
 from luxloop.tracker.records import MODEL_NAMES
 
 STATE_DIM = 6

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.tracker.geometry import QUARTER, wrap
 from luxloop.tracker.tracking import orientation
 from luxloop.tracker.tracking.filters import (

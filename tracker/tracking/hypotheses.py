@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
-from luxloop.tracker.compiled import kernel
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.tracking.observations import Observations, uncut
 from luxloop.tracker.tracking.track_table import TrackTable

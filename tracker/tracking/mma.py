@@ -12,8 +12,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.tracker.records import MODELS
 from luxloop.tracker.tracking.filters import correct_rows, predict_rows
 

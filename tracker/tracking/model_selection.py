@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.tracker.tracking import mma
 from luxloop.tracker.tracking.filters import STATE_DIM, Step
 from luxloop.tracker.tracking.mma import MmaConfig

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.kernels import placed
 from luxloop.tracker.records import Boxes

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.geometry import QUARTER, wrap
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
 from luxloop.tracker.vehicle_classes import FACE_MIN_M, TRUNCATED_PROBABILITY, length_log_odds

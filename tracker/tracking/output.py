@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.records import MODEL_NAMES, PREDICTION_S, Tracks
 from luxloop.tracker.tracking.filters import STATE_DIM
 from luxloop.tracker.tracking.model_selection import ModelSelection

@@ -4,7 +4,7 @@ import cmath
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.tracker.tracking import corner, mma
 from luxloop.tracker.tracking.existence import existence
 from luxloop.tracker.tracking.filters import Motion, Step

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.kernels import inside
 from luxloop.tracker.records import PREDICTION_S, SmallBoxes, Status, Tracks

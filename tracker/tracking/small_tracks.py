@@ -6,7 +6,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.records import SmallBoxes, Status
 
 LENGTH_MAX_M = 2.0

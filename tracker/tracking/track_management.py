@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.geometry import QUARTER, rotate_one, variance_along, wrap
 from luxloop.tracker.merging import MergeConfig, fits, hull, may_be_one, one_vehicle
 from luxloop.tracker.records import NO_TRACK, OrientedBoxes

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.tracking.hypotheses import Hypotheses
 from luxloop.tracker.tracking.observations import Observations
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.kernels import inside
 from luxloop.tracker.records import NO_MODEL, OrientedBoxes, Status
 from luxloop.tracker.tracking.corner import rotated

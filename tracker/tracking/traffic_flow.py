@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from luxloop.tracker.arrays import Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.records import NO_TRACK
 
 

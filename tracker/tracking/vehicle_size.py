@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from luxloop.tracker.arrays import Bools, Floats, Ints
-from luxloop.tracker.compiled import kernel
+from luxloop.arrays import Bools, Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.tracker.vehicle_classes import (
     CAR_LONGEST_M,
     FACE_MIN_M,

@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.feather
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.errors import InputError, TracksError
 from luxloop.scenarios.exchange.box_table import BoxTable, checked
 from luxloop.scenarios.recordings.ego_mount import EgoMount

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exchange.box_table import BoxTable
 from luxloop.scenarios.exchange.kitti import kitti_labels

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.exchange.exported_run import cloud, confirmed_tracks
 from luxloop.scenarios.exchange.kitti.kitti_labels import heading
 from luxloop.scenarios.grading.plane_geometry import into_frame

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import IMAGE_AXES, BoxTable, Texts, checked, joined, lower_classes
 from luxloop.scenarios.exchange.file_formats import Role

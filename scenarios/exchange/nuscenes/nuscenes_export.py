@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats32
+from luxloop.arrays import Floats32
 from luxloop.scenarios.exchange.exported_run import cloud, confirmed_tracks
 from luxloop.scenarios.grading.frame_truth import points_of_actors
 from luxloop.scenarios.offline.recorded_scans import TRACK_HEIGHT_M, RecordedRun

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.exchange.box_table import LARGEST, BoxTable, Texts, checked, lower_classes
 

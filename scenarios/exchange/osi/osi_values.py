@@ -7,7 +7,7 @@ pitch looks down, as in rig files.
 import betterosi as osi
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.exchange.box_table import is_count
 from luxloop.sim.world import Kind
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import betterosi as osi
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.errors import InputError, TracksError
 from luxloop.scenarios.exchange.box_table import BoxTable, checked
 from luxloop.scenarios.exchange.file_formats import Role

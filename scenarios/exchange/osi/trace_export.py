@@ -34,7 +34,7 @@ import betterosi as osi
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats, Ints
+from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.exchange.exported_run import confirmed_tracks
 from luxloop.scenarios.exchange.osi.osi_values import (
     SOURCE,

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 
 SIGNS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
 """Corners counter-clockwise: front left, rear left, rear right, front right."""

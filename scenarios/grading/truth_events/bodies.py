@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 from luxloop.scenarios.grading.articulated import parts
 from luxloop.scenarios.grading.truth_events.truth_event import JUMP_M, ON_WHEELS, OVERLAP_M2
 from luxloop.sensor_model.truth import NO_ACTOR

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.scenarios.grading.truth_events.bodies import (
     EGO,
     EGO_NAME,

@@ -6,7 +6,7 @@ from enum import IntEnum
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.grading.metric_sheet import MetricSheet
 from luxloop.scenarios.metrics.definitions import EVENT_EXTREMES
 from luxloop.sensor_model.truth import NO_ACTOR

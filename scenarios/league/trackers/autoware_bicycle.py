@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from luxloop.arrays import Floats
 from luxloop.scenarios.league.trackers.autoware_fits import AutowareDetector
 from luxloop.scenarios.league.trackers.bicycle_filter import BicycleFilter
 from luxloop.scenarios.league.trackers.track_book import TrackBook
 from luxloop.scenarios.league.trackers.vehicle_boxes import MakeDetector, Readings, VehicleBoxes
-from luxloop.tracker.arrays import Floats
 from luxloop.tracker.records import Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig

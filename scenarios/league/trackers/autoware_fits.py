@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.tracker.arrays import Ints
+from luxloop.arrays import Ints
 from luxloop.tracker.detection.baselines import autoware
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.detection.rectangles import measure

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.tracker.geometry import wrap
 
 REAR_SHARE = 0.3

@@ -13,9 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 
+from luxloop.arrays import Floats
 from luxloop.scenarios.league.trackers.joint_probabilistic import JointProbabilistic, JointSettings
 from luxloop.scenarios.league.trackers.stone_soup import Associated, Settings
-from luxloop.tracker.arrays import Floats
 from luxloop.tracker.tracker import TrackerConfig
 
 

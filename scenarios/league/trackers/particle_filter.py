@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from luxloop.arrays import Floats
 from luxloop.scenarios.league.trackers.nearest_neighbour import NearestNeighbour
 from luxloop.scenarios.league.trackers.stone_soup import SPEED_STD_MPS, Settings
-from luxloop.tracker.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

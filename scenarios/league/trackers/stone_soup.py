@@ -12,9 +12,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from luxloop.arrays import Floats
 from luxloop.scenarios.league.trackers.track_book import TrackBook
 from luxloop.scenarios.league.trackers.vehicle_boxes import MakeDetector, VehicleBoxes
-from luxloop.tracker.arrays import Floats
 from luxloop.tracker.detection.detector import Detector
 from luxloop.tracker.records import Tracks
 from luxloop.tracker.scan import Scan

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop.arrays import Floats
 from luxloop.scenarios.league.trackers.vehicle_boxes import Readings
-from luxloop.tracker.arrays import Floats
 from luxloop.tracker.geometry import wrap
 from luxloop.tracker.records import Status, Tracks
 

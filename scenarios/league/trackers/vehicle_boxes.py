@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from luxloop.tracker.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.tracker.detection.detector import BoxDetector, Detector, DetectorConfig
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.scan import Scan

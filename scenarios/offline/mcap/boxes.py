@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.errors import InputError, TracksError
 from luxloop.scenarios.grading.plane_geometry import turned
 from luxloop.scenarios.offline.mcap.chunks import require_chunks

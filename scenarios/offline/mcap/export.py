@@ -26,7 +26,7 @@ import numpy.typing as npt
 import scipy
 from mcap_ros2.writer import Writer
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_file
 from luxloop.scenarios.offline.mcap.messages import (

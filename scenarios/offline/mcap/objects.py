@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.grading.frame_truth import points_of_actors
 from luxloop.scenarios.grading.plane_geometry import into_frame, turned
 from luxloop.scenarios.offline.mcap.messages import MAP, Box, Color, Message, header, planar_pose, vector

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.exchange import file_formats
 from luxloop.scenarios.files.input_file import read_parquet

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.sweep import PoseList, Sweep

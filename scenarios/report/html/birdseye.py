@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.document.figure import Figure
 from luxloop.scenarios.document.palette import BAD, FAINT, INK, MUTED, ORANGE, PAGE, RED, SKY, TEXT_SERIES
 from luxloop.scenarios.grading.articulated import angles_of, kinds_of, parts

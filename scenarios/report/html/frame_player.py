@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.document.document import Player
 from luxloop.scenarios.document.palette import TEXT_NAMES
 from luxloop.scenarios.grading.articulated import angles_of, kinds_of, parts

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Ints
+from luxloop.arrays import Ints
 from luxloop.scenarios.document.document import Document
 from luxloop.scenarios.document.figure import Figure, note
 from luxloop.scenarios.document.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY

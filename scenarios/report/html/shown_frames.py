@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.grading.plane_geometry import into_frame
 from luxloop.scenarios.grading.worst_frames import WorstFrame
 from luxloop.scenarios.rerun_log.recorded_points import read_points

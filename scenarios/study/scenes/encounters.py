@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import scipy
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.study.scenes.scene_parts import CAR_M, Json, Size, motion_table, road_user, wall
 from luxloop.sim.scripted.motions import Arc, LaneChange, Motion, Straight
 from luxloop.sim.scripted.script import EGO_SIZE

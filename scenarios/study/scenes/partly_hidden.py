@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from luxloop.scenarios.arrays import Floats
+from luxloop.arrays import Floats
 from luxloop.scenarios.study.scenes.scene_parts import (
     AFTER_S,
     BEFORE_S,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from luxloop.scenarios.arrays import Bools, Floats
+from luxloop.arrays import Bools, Floats
 from luxloop.sensor_model.rig.rig import Mount, Rig, load_rig
 from luxloop.sim.scripted.motions import Motion
 

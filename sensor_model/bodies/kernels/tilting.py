@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from luxloop.sensor_model.arrays import Floats, Ints
-from luxloop.sensor_model.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 
 _ON_ROAD_M = 1e-6  # largest distance from the road of a solid that stands on it
 _DOWN = -1.0 + 1e-9  # largest z of the normal of a sole

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats, Ints
-from luxloop.sim.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sim.physical.kernels.records import BodyDimensions, RawHistory
 from luxloop.sim.physical.limits import CORNER, JUMP_LONGEST, JUMP_SPEED, LEAST_STEP
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats, Ints
-from luxloop.sim.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 from luxloop.sim.physical.kernels.path_following import advance_body, initialise_body
 from luxloop.sim.physical.kernels.records import (
     ACCELERATION,

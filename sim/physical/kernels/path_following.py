@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from luxloop.sim.arrays import Floats
-from luxloop.sim.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.sim.physical.kernels.records import ACCELERATION, LAG, SPEED, YAW, YAW_RATE, X, Y
 from luxloop.sim.physical.kernels.rolling_body import clamp, step_body, yaw_rate_limit
 from luxloop.sim.physical.limits import (

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from luxloop.sim.arrays import Bools, Floats, Ints
+from luxloop.arrays import Bools, Floats, Ints
 
 X, Y, YAW, SPEED, ACCELERATION, YAW_RATE, YAW_ACCELERATION, LAG, TRAILER_YAW, TRAILER_RATE = range(10)
 """Columns of `BodyStates.state`. The position is that of the rear axle (of a tractor, its drive axle); speed and

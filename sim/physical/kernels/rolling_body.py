@@ -6,8 +6,8 @@ The rear axle does not slip: this is the kinematic bicycle model (Rajamani, "Veh
 
 import math
 
-from luxloop.sim.arrays import Floats
-from luxloop.sim.compiled import kernel
+from luxloop.arrays import Floats
+from luxloop.compiled import kernel
 from luxloop.sim.physical.kernels.records import (
     ACCELERATION,
     SPEED,

@@ -2,8 +2,8 @@
 
 import math
 
-from luxloop.sim.arrays import Floats, Ints
-from luxloop.sim.compiled import kernel
+from luxloop.arrays import Floats, Ints
+from luxloop.compiled import kernel
 
 
 @kernel()

@@ -1,4 +1,4 @@
-"""Decorator of the package's kernels."""
+"""Decorator of the kernels that numba compiles."""
 
 import hashlib
 import os
@@ -21,7 +21,7 @@ def kernel(**options: Any) -> Callable[[FunctionT], FunctionT]:
     """Return a decorator that compiles a function by `numba.njit` and caches the result beside the source file.
 
     `options` are those of `numba.njit`. A wrapper for calls from C is left out: it takes a sixth of the compilation.
-    A change of the file, or of a module of the package that it imports, makes the cached result invalid.
+    A change of the file, or of a module of luxloop that it imports, makes the cached result invalid.
     """
     settings: dict[str, Any] = {"cache": True, "no_cfunc_wrapper": True, **options}
     decorator: Callable[[FunctionT], FunctionT] = njit(**settings)
