@@ -1,21 +1,17 @@
 """The wheel, installed outside the checkout: its files, the commands, the examples and the catalog as tests."""
 
 import json
-import os
 import shutil
-import signal
 import subprocess
 import sys
 import tarfile
 import venv
 import zipfile
 from pathlib import Path
-from urllib.request import ProxyHandler, build_opener
 
 import pytest
-from support.installed import FOLDERS, INSTALLED, copy_kernels, environment, run_checked
+from support.installed import FOLDERS, INSTALLED, copy_kernels, run_checked
 from support.paths import EXAMPLES, ROOT
-from support.viewers import page_of
 
 pytestmark = pytest.mark.slow
 
@@ -107,24 +103,6 @@ def test_the_commands_run_outside_the_checkout(binaries, folder):
     run_checked([luxloop, "new", "roundabout-v0", "--out", "mine.toml", "--duration", "5"], folder)
     assert (folder / "mine.toml").is_file()
     assert json.loads(run_checked([luxloop, "schema"], folder))["title"] == "Scenario"
-
-
-def test_the_viewer_of_a_run_serves_its_page(binaries, folder):
-    """In a browser, which is not there."""
-    luxloop = str(binaries / "luxloop")
-    run_checked([luxloop, "run", "examples/my-first.toml", "--out", "viewed"], folder)
-    variables = environment(BROWSER="true", RUST_LOG="info")  # a recording of an earlier test turns messages off
-    viewer = subprocess.Popen(
-        [luxloop, "view", "viewed", "--web"], cwd=folder, env=variables,
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
-    )  # fmt: skip
-    with viewer:
-        try:
-            with build_opener(ProxyHandler({})).open(page_of(viewer), timeout=60) as answer:
-                assert answer.status == 200
-                assert b"Rerun" in answer.read()
-        finally:
-            os.killpg(viewer.pid, signal.SIGTERM)
 
 
 @pytest.mark.parametrize("tracker", ["tracker/mine.py:MyTracker", "examples/my_tracker.py:PatchTracker"])

@@ -11,6 +11,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from urllib.parse import urlsplit
+from urllib.request import ProxyHandler, build_opener
 
 import pytest
 from support import short_run
@@ -126,7 +127,12 @@ def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_comm
     with ExitStack() as ended:
         start = partial(subprocess.Popen, command, stderr=subprocess.PIPE, text=True, env=environment)
         shown = [ended.enter_context(start()) for _ in range(2)]
-        ports = [urlsplit(page_of(each)).port for each in shown]
+        pages = [page_of(each) for each in shown]
+        for page in pages:
+            with build_opener(ProxyHandler({})).open(page, timeout=60) as answer:
+                assert answer.status == 200
+                assert b"Rerun" in answer.read()
+        ports = [urlsplit(page).port for page in pages]
         for each in shown:
             each.terminate()
         assert [each.wait(timeout=60) for each in shown] == [143, 143]
