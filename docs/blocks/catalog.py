@@ -9,8 +9,7 @@ from blocks.reference import definitions
 from blocks.stamps import CATALOG
 
 FAMILIES = ("highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary")
-SENSOR = ("beams", "footprint", "echoes", "power", "sweep", "causes", "losses", "weather")
-MOTION = ("lane_change", "turns")
+SENSOR = ("beams", "causes")
 CROSSING = ("sumo-crossing",)
 REAL = "LUXLOOP_REAL_DATA=DIR python docs/figures.py"
 
@@ -38,7 +37,7 @@ class Block:
 
 
 def of_code() -> Iterator[tuple[str, Block]]:
-    """Yield the blocks that a check makes again, in less than a minute together."""
+    """Yield the blocks of code and committed files, which a check makes again, in less than a minute together."""
     for name in definitions():
         yield f"keys of {name}", Block("reference:keys", cheap=True)
     for name in FAMILIES:
@@ -47,6 +46,8 @@ def of_code() -> Iterator[tuple[str, Block]]:
     yield "nearest", Block("reference:program", cheap=True)
     yield "tuned", Block("reference:tuned", "python docs/tune_league.py FOLDER", cheap=True)
     yield "first run", Block("reference:printed", "python docs/examples/first_run.py", cheap=True)
+    for name in ("seeds", "differences"):
+        yield name, Block("coverage:table", f"python docs/figures.py {name}", cheap=True)
     yield "output", Block("reference:printed", "python docs/examples/track_csv.py docs/examples/points.csv", cheap=True)
 
 
@@ -57,8 +58,6 @@ def of_catalog_runs() -> Iterator[tuple[str, Block]]:
     yield "blame", Block("oracles:blame", "luxloop blame sumo-crossing", CROSSING, checked=True)
     for name in ("verdict", *(f"table {number}" for number in range(1, 5))):
         yield name, Block(f"paper:{name.split()[0]}", "luxloop paper", ("paper-campus",), checked=True)
-    for name in ("candidates", "losses", "coverage"):
-        yield name, Block("fitting:catalog_table", "make catalog", (CATALOG,), checked=True)
     yield "vehicles", Block("coverage:table", "python docs/figures.py vehicles", (CATALOG,), checked=True)
     yield "crossing", Block("crossing:draw", "luxloop run sumo-crossing", CROSSING, checked=True)
     yield (
@@ -66,10 +65,6 @@ def of_catalog_runs() -> Iterator[tuple[str, Block]]:
         Block("report_picture:draw", "luxloop report runs/sumo-crossing-seed1", CROSSING, checked=True),
     )
     yield "recording", Block("recording_picture:draw", "luxloop view runs/sumo-crossing-seed1", CROSSING, checked=True)
-    yield (
-        "worst fits",
-        Block("fitting:simulated_picture", "luxloop run sumo-crossing --record-scans", CROSSING, checked=True),
-    )
     yield "scan", Block("scan:draw", "luxloop run ring", ("ring",), checked=True)
 
 
@@ -82,19 +77,13 @@ def of_other_runs() -> Iterator[tuple[str, Block]]:
     yield "emergence", Block("studies:emergence", studies.sweep("parked-truck"), whole)
     for name in (f"sensor_{module}" for module in SENSOR):
         yield name, Block("drawings:draw", f"python docs/figures.py {name}", whole)
-    for name in (f"motion_{module}" for module in MOTION):
-        yield name, Block("drawings:draw", f"python docs/figures.py {name}", whole)
-    for name in ("severity", "deviation"):
-        yield name, Block("drawings:motion", f"python docs/figures.py {name}", whole)
+    yield "motion_lane_change", Block("lane_change:draw", "python docs/figures.py motion_lane_change", whole)
     yield "bodies", Block("bodies:draw", "python docs/figures.py bodies", whole)
     yield "ceiling", Block("oracles:ceiling", "luxloop ceiling sumo-crossing --seeds 11-13", whole)
     yield "trackers", Block("screens:trackers", "luxloop run docs/examples/my-first.toml", whole)
     yield "league", Block("league:tables", "luxloop league", whole)
     yield "league picture", Block("league:picture", "luxloop league", whole)
     yield "alone", Block("ablation:table", "python docs/figures.py alone", whole)
-    yield "environments", Block("highway:table", "python docs/figures.py environments", whole)
-    for name in ("seeds", "differences"):
-        yield name, Block("coverage:table", f"python docs/figures.py {name}", whole)
     for name in ("stages", "scaling"):
         yield name, Block("performance:table", "make bench", whole)
     yield "performance", Block("performance:picture", "make bench", whole)
@@ -105,11 +94,10 @@ def of_real_data(whole: tuple[str, ...]) -> Iterator[tuple[str, Block]]:
     """Yield the blocks that need recordings of real vehicles."""
     makers = {
         "gap": "paper_gap:block", "paper_gap": "paper_gap:picture",
-        "real fits": "fitting:real_table", "worst real fits": "fitting:real_picture",
         "real cars": "real_cars:table", "realism_real_cars": "real_cars:picture",
         "twin counts": "real_cars:counts", "twin headings": "real_cars:headings",
         "street": "realism:block",
-        "labelled fits": "realism:fits",
+        "labelled fits": "fitting:table",
         **{f"realism_{name}": "realism:picture" for name in ("distributions", "vehicles")},
     }  # fmt: skip
     for name, maker in makers.items():

@@ -1,4 +1,4 @@
-"""Pictures that modules of docs/sensor_pictures and docs/motion_pictures draw from luxloop's code."""
+"""Pictures that modules of docs/sensor_pictures draw from the sensor's code."""
 
 from importlib import import_module
 
@@ -6,13 +6,6 @@ import matplotlib as mpl
 
 
 def draw(name: str) -> None:
-    """Draw `sensor_MODULE` or `motion_MODULE`."""
+    """Draw `sensor_MODULE`."""
     mpl.use("Agg")
-    package, _, module = name.partition("_")
-    import_module(f"{package}_pictures.{module}").draw()
-
-
-def motion(name: str) -> str:
-    """Return the table `severity` or `deviation` of the motion of bodies."""
-    tables: dict[str, str] = import_module("motion_pictures.figures").tables()
-    return tables[name]
+    import_module(f"sensor_pictures.{name.removeprefix('sensor_')}").draw()

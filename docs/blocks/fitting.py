@@ -1,55 +1,51 @@
-"""Results of the fits: tables over the runs of the catalog, and the worst fits of a run and of real cars."""
+"""Table of the fits to labelled vehicles, real and simulated, from `luxloop fits`."""
 
-from functools import cache
-from pathlib import Path
+import json
+from typing import Any
 
-from blocks import commands
-from fits import coverage, pictures, real_cases
-from fits.case import Case
-from fits.league import compare
-from fits.league_tables import summary, table
-from fits.observations import observations
-from fits.simulated_cases import worst_cases
+from blocks import commands, realism
+from blocks.markdown import markdown
 
-PICTURES = Path(__file__).parents[1] / "pictures"
-DRAWN = 8
-"""Number of real cars in the picture, those with the largest errors."""
+SOURCES = {"street bumper": "real, bumper", "street roof": "real, roof", "simulated": "simulated"}
+"""Heads of the columns, by the names of `luxloop fits`."""
+DRIVES = ("sumo-crossing", "paper-campus")
+VIEWS = ("flank over 2.5 m", "end and short flank", "end on", "glass or roof only")
+FEWEST = 10
+"""Clusters of a view that is shown."""
 
-
-@cache
-def catalog_tables() -> dict[str, str]:
-    """Return the tables of the selection beside its candidates over all runs, and of the coverage, by block."""
-    observed = observations([commands.catalog()])
-    together, apart = compare(observed)
-    return {
-        "candidates": table(together, by_scenario=False),
-        "losses": summary(apart),
-        "coverage": coverage.table(observed),
-    }
+Json = dict[str, Any]
 
 
-def catalog_table(name: str) -> str:
-    """Return one of the tables."""
-    return catalog_tables()[name]
+def table(_name: str) -> str:
+    """Return errors by method and view, and the coverage of the stated deviation."""
+    sets = " ".join(str(realism.simulated(name)) for name in DRIVES)
+    return table_of(json.loads(commands.output(f"luxloop fits {commands.real('street')} {sets} --json"))["sources"])
 
 
-def simulated_picture(_name: str) -> None:
-    """Draw the worst fits of the crossing."""
-    run = commands.run("sumo-crossing", "luxloop run sumo-crossing --record-scans")
-    pictures.draw(worst_cases(run), PICTURES / "fitting_simulated.png")
+def table_of(sources: Json) -> str:
+    """Return the table of what `luxloop fits --json` prints."""
+    columns = [sources[name] for name in SOURCES]
+    names = ["clusters / vehicles", *columns[0]["error_deg"], "best minus alignment", "best minus tlinkage"]
+    names += [f"best, {view}" for view in VIEWS]
+    rows = [(name, *(cell(column, name) for column in columns)) for name in names]
+    within = (" / ".join(f"{value:.0f}" for value, _ in column["coverage_percent"].values()) for column in columns)
+    rows.append((f"{' / '.join(columns[0]['coverage_percent'])} % intervals contain", *(f"{one} %" for one in within)))
+    return markdown(("", *SOURCES.values()), rows)
 
 
-@cache
-def real_cars() -> list[Case]:
-    """Return the fits to the labelled cars."""
-    return real_cases.labelled(commands.real("ouster"))
+def cell(column: Json, name: str) -> str:
+    """Return a cell of a source, by the name of its row."""
+    if name == "clusters / vehicles":
+        return f"{column['clusters']} / {column['vehicles']}"
+    if name.startswith("best minus "):
+        return interval(*column["best_minus_deg"][name.removeprefix("best minus ")], sign="+")
+    if name.startswith("best, "):
+        part = column["by_view_or_range_deg"].get(name.removeprefix("best, "), {"clusters": 0})
+        return f"{part['best']:.2f}" if part["clusters"] >= FEWEST else ""
+    return interval(*column["error_deg"][name])
 
 
-def real_table(_name: str) -> str:
-    """Return the table of the labelled cars."""
-    return real_cases.table(real_cars())
-
-
-def real_picture(_name: str) -> None:
-    """Draw the labelled cars with the largest errors."""
-    pictures.draw(sorted(real_cars(), key=lambda case: -case.worst)[:DRAWN], PICTURES / "fitting_real.png")
+def interval(value: float, limits: list[float] | None, sign: str = "") -> str:
+    """Return a value with its interval."""
+    ends = f" [{', '.join(f'{end:{sign}.2f}' for end in limits)}]" if limits else ""
+    return f"{value:{sign}.2f}{ends}"

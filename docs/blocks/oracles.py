@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from blocks import commands
-from fits.league_tables import markdown
+from blocks.markdown import markdown
 
 COST = "track.hota"
 SHOWN = {

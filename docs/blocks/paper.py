@@ -3,7 +3,7 @@
 import shutil
 
 from blocks import commands
-from fits.league_tables import markdown
+from blocks.markdown import markdown
 
 from luxloop.scenarios.document.document import plain
 from luxloop.scenarios.interface import load_result

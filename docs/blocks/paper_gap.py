@@ -14,7 +14,7 @@ import matplotlib
 import numpy as np
 import numpy.typing as npt
 from blocks import commands, realism, stamps
-from fits.league_tables import markdown
+from blocks.markdown import markdown
 from matplotlib.figure import Figure
 
 from luxloop.scenarios import interface

@@ -58,13 +58,6 @@ def picture(name: str) -> None:
     shutil.copyfile(compared() / f"{name.removeprefix('realism_')}.png", PICTURES / f"{name}.png")
 
 
-def fits(_name: str) -> str:
-    """Return what `luxloop fits` prints for the street and two simulated drives."""
-    sets = " ".join(str(simulated(name)) for name in ("sumo-crossing", "paper-campus"))
-    printed = commands.output(f"luxloop fits {commands.real('street')} {sets}")
-    return f"```text\n{printed.strip()}\n```"
-
-
 def table(figures: Json) -> str:
     """Return the Markdown table of figures, with the number that agree."""
     lines = ["| figure | real (quartiles) | simulated [95 %] | verdict |", "|---|---|---|---|"]

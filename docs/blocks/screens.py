@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from blocks import commands
-from fits.league_tables import markdown
+from blocks.markdown import markdown
 
 from luxloop.scenarios.interface import load_result
 from luxloop.scenarios.report import first_screen

@@ -1,11 +1,10 @@
-"""docs/traffic.md: limits, environments and pictures match the code, and the example runs."""
+"""docs/traffic.md: limits and environments match the code, and the example runs."""
 
 import dataclasses
 import math
 import re
 
 import pytest
-from blocks.catalog import MOTION
 from support.paths import DOCS
 from support.traffic import documented_environments, registered_environments
 
@@ -36,9 +35,3 @@ def test_the_example_runs(capsys):
     exec(compile(code, "traffic.md", "exec"), {})
     velocity = re.findall(r"[\d.]+", capsys.readouterr().out)[:2]
     assert math.hypot(*map(float, velocity)) == pytest.approx(10.0, abs=0.1)  # as commanded
-
-
-def test_every_picture_has_its_module():
-    for name in MOTION:
-        assert (DOCS / "motion_pictures" / f"{name}.py").is_file()
-        assert (DOCS / "pictures" / f"motion_{name}.png").is_file()

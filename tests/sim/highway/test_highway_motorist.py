@@ -59,7 +59,6 @@ def test_motions_are_feasible_for_cars(highway, env):
 
 @pytest.mark.parametrize("env", environments())
 def test_every_environment_stays_within_the_limits_of_truth_events(highway, env):
-    """docs/blocks/highway.py measures 20 s of three seeds."""
     source, history, peaks = highway(env, **MOTORIST), MotionHistory(), np.zeros(3)
     for frame in frames(source, 35, seed=1):
         peaks = np.maximum(peaks, history.add(Bodies.of(frame)).quantities.max(axis=0))
