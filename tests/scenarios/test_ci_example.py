@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -13,11 +14,12 @@ from support.optional import need
 need("docs", "yaml")
 
 import yaml
-from support.paths import EXAMPLES
+from support.paths import DOCS, EXAMPLES
 
 from luxloop.scenarios.files.scenario import Scenario
 
 REPOSITORY = EXAMPLES / "ci"
+CACHES = shutil.ignore_patterns("__pycache__", ".pytest_cache")
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +31,7 @@ def steps():
 @pytest.fixture
 def clone(tmp_path):
     """A copy of the repository, without the caches of editors and interpreters."""
-    shutil.copytree(REPOSITORY, tmp_path / "clone", ignore=shutil.ignore_patterns("__pycache__", ".pytest_cache"))
+    shutil.copytree(REPOSITORY, tmp_path / "clone", ignore=CACHES)
     return tmp_path / "clone"
 
 
@@ -60,6 +62,34 @@ def test_every_case_is_a_valid_scenario_with_needs():
 
 def test_the_tracker_is_the_one_of_the_documentation():
     assert (REPOSITORY / "my_tracker.py").read_bytes() == (EXAMPLES / "nearest.py").read_bytes()
+
+
+def test_the_commands_of_the_page_make_a_repository_of_the_tracker(tmp_path):
+    """Fails if the address of luxloop is not put in, or a file of the example is ignored by git."""
+    page = (DOCS / "own-tracker.md").read_text(encoding="utf-8")
+    first, then = re.findall(r"^```console\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[:2]
+    assert (len(first.splitlines()), len(then.splitlines())) == (5, 3)
+    (copied,) = [line for line in first.splitlines() if line.startswith("cp ")]
+    shutil.copytree(REPOSITORY, tmp_path / "luxloop" / "docs" / "examples" / "ci", ignore=CACHES)
+    commit = "git -c user.name=a -c user.email=a@b commit"
+    made = (
+        "git init -qb main luxloop && cd luxloop && git add . && "
+        + commit
+        + " -qm a && cd .. && git init -q --bare theirs"
+    )
+    typed = (
+        then.replace("git commit", commit).replace("ADDRESS", "https://a.example/b").replace("REPOSITORY", "../theirs")
+    )
+    code, said = shell(f"{made}\n{copied}\n{typed}", tmp_path)
+    assert code == 0, said
+    assert re.search(
+        r"^git\+https://a\.example/b@[0-9a-f]{40}$", (tmp_path / "mine" / "requirements.txt").read_text(), re.M
+    )
+    _, pushed = shell("git -C theirs ls-tree -r --name-only main", tmp_path)
+    files = (path.relative_to(REPOSITORY) for path in REPOSITORY.rglob("*") if path.is_file())
+    assert {name for name in pushed.split() if "__pycache__" not in name} == {
+        str(path) for path in files if not {"__pycache__", ".pytest_cache"} & set(path.parts)
+    }
 
 
 def test_the_cache_has_kernels_and_packages_in_one_entry(steps):
