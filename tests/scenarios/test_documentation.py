@@ -440,7 +440,7 @@ def test_links_resolve(page):
             assert anchor in {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
-@each_page
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "docs" / "pictures" / "data_flow.svg"], ids=lambda page: page.name)
 def test_files_that_are_named_exist(page):
     text = page.read_text(encoding="utf-8")
     folders = "sim|sensor_model|tracker|scenarios|tests|docs|benchmarks"
@@ -451,7 +451,7 @@ def test_files_that_are_named_exist(page):
 
 def test_pictures_are_shown_and_small():
     texts = [page.read_text(encoding="utf-8") for page in PAGES]
-    shown = {name for text in texts for name in re.findall(r"pictures/(\w+\.(?:png|gif))\)", text)}
+    shown = {name for text in texts for name in re.findall(r"pictures/(\w+\.(?:png|gif|svg))\)", text)}
     pictures = {path.name: path.stat().st_size for path in (ROOT / "docs" / "pictures").iterdir()}
     assert shown == set(pictures)
     for name, size in pictures.items():
