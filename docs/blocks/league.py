@@ -1,4 +1,4 @@
-"""Tables and picture of a league."""
+"""Standings and picture of a league."""
 
 import json
 import shutil
@@ -9,16 +9,12 @@ from blocks import commands
 
 PICTURE = Path(__file__).parents[1] / "pictures" / "league.png"
 OUT = commands.RUNS / "league"
-DIFFERENCES = {
-    "track.hota": "HOTA", "track.id_switch_rate": "id switches", "track.false_share": "false",
-    "track.missed_share": "missed", "track.gospa_m": "GOSPA [m]",
-}  # fmt: skip
 
 
 def tables(_name: str) -> str:
-    """Return standings, differences, scores by scenario, and where the shipped tracker is not the best."""
+    """Return the answer and the standings."""
     found = result()
-    return "\n\n".join([summary(found), standings(found), differences(found), scenarios(found), behind(found)])
+    return f"{summary(found)}\n\n{standings(found)}"
 
 
 def picture(_name: str) -> None:
@@ -56,44 +52,6 @@ def standings(found: dict[str, Any]) -> str:
         ]  # fmt: skip
         lines.append(f"| {' | '.join(map(str, cells))} |")
     return "\n".join(lines)
-
-
-def differences(found: dict[str, Any]) -> str:
-    """Return the table of paired differences; those whose interval excludes 0 are bold."""
-    lines = [f"| tracker, difference to shipped | {' | '.join(DIFFERENCES.values())} |", "|---" * 6 + "|"]
-    for each in found["standings"]:
-        if each["differences"]:
-            cells = [difference(each["differences"][name]) for name in DIFFERENCES]
-            lines.append(f"| {each['tracker']} | {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
-def difference(each: dict[str, Any]) -> str:
-    """Return a difference with its interval."""
-    low, high = each["interval"]
-    if low is None:
-        return number(each["difference"])
-    text = f"{each['difference']:+.3f} ({low:+.3f} to {high:+.3f})"
-    return f"**{text}**" if low > 0.0 or high < 0.0 else text
-
-
-def scenarios(found: dict[str, Any]) -> str:
-    """Return HOTA by scenario; the highest is bold."""
-    trackers = found["standings"]
-    lines = [f"| HOTA in | {' | '.join(each['tracker'] for each in trackers)} |", "|---" * (len(trackers) + 1) + "|"]
-    for name in found["scenarios"]:
-        values = [each["hota_by_scenario"].get(name) for each in trackers]
-        best = max((value for value in values if value is not None), default=None)
-        cells = [f"**{number(value)}**" if value == best else number(value) for value in values]
-        lines.append(f"| {Path(name).stem} | {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
-def behind(found: dict[str, Any]) -> str:
-    """Return where the shipped tracker is not the best, with the commands that measure why."""
-    lines = [f"- {line}" for line in found["behind"]] or ["The shipped tracker is the best in every column."]
-    commands = ["```sh", *found["blame"], "```"] if found["blame"] else []
-    return "\n".join([*lines, *([""] if commands else []), *commands])
 
 
 def number(value: float | None) -> str:

@@ -19,7 +19,7 @@ FIGURES = {
 
 SURVIVAL, CONFIRMED = "track.occlusion_survival", "emergence.meeting_m{stage=confirmed}"
 EMERGENCE = {"parked-truck": "who", "side-street": "ego_mps", "turning-bus": "ego_mps", "cut-in": "occluder"}
-"""Parameter that tells the rows of each study apart."""
+"""Parameter by which the rows of each study are grouped."""
 
 
 def command(name: str) -> str:

@@ -60,8 +60,3 @@ def four_layers(points_level: Floats, ring: npt.NDArray[np.integer], car: Car) -
         _, first = np.unique(np.floor(-azimuth[row] / STEP_DEG), return_index=True)
         chosen.append(row[first])
     return np.concatenate(chosen) if chosen else np.empty(0, np.int64)
-
-
-def percentage_error(simulated: Floats, real: Floats) -> Floats:
-    """Return the absolute percentage error of each car's count."""
-    return np.asarray(100.0 * np.abs(simulated - real) / real)

@@ -12,20 +12,6 @@ SURE_DEG = 1.0
 """[deg] Headings are compared with labels of at most this standard deviation."""
 
 
-def count_table(compared: Sequence[Compared]) -> str:
-    """Return a row per car: points in the box and in the four-layer cut, real and simulated."""
-    rows = [
-        (
-            one.car.id, one.car.category, f"{one.car.range_m:.1f}", one.count, f"{one.twin_count:.0f}",
-            f"{one.percentage_error:+.0f} %", one.cut_count, f"{one.twin_cut_count:.0f}",
-            f"{one.cut_percentage_error:+.0f} %",
-        )
-        for one in compared
-    ]  # fmt: skip
-    head = ("car", "class", "range [m]", "points", "twin", "error", "four layers", "twin", "error")
-    return _table(head, rows)
-
-
 def summary(compared: Sequence[Compared]) -> str:
     """Return the mean absolute percentage errors, and the ratio of points by height."""
     groups: dict[str, Callable[[Compared], bool]] = {
