@@ -318,12 +318,13 @@ def test_the_python_page_lists_the_interface():
 
 
 def test_the_python_page_lists_every_package_that_the_tracker_imports():
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "tracker").rglob("*.py")]
+    common = [ROOT / "luxloop" / f"{name}.py" for name in ("arrays", "compiled")]
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (*common, *(ROOT / "tracker").rglob("*.py"))]
     nodes = [node for tree in trees for node in ast.walk(tree)]
     imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
     own = {name for name in imported if name.partition(".")[0] == "luxloop"}
-    assert all(f"{name}.".startswith("luxloop.tracker.") for name in own)
+    assert all(f"{name}.".startswith(("luxloop.tracker.", "luxloop.arrays.", "luxloop.compiled.")) for name in own)
     others = {name.partition(".")[0] for name in imported} - {*sys.stdlib_module_names, "luxloop"}
     assert others == set(re.findall(r"^\| `(\w+)` \|", section(PYTHON, "The tracker alone"), re.MULTILINE))
     (installed,) = (words[2:] for words in commands(PYTHON) if words[:2] == ["pip", "install"] and "." not in words)
