@@ -74,7 +74,7 @@ def of_other_runs() -> Iterator[tuple[str, Block]]:
     for name in studies.FIGURES:
         yield name, Block("studies:picture", studies.command(name), whole)
     yield "survival", Block("studies:survival", studies.sweep("occlusion"), whole)
-    yield "emergence", Block("studies:emergence", studies.sweep("parked-truck"), whole)
+    yield "emergence", Block("studies:emergence", ", ".join(map(studies.sweep, studies.EMERGENCE)), whole)
     for name in (f"sensor_{module}" for module in SENSOR):
         yield name, Block("drawings:draw", f"python docs/figures.py {name}", whole)
     yield "motion_lane_change", Block("lane_change:draw", "python docs/figures.py motion_lane_change", whole)
@@ -97,11 +97,11 @@ def of_real_data(whole: tuple[str, ...]) -> Iterator[tuple[str, Block]]:
         "real cars": "real_cars:table", "realism_real_cars": "real_cars:picture",
         "twin counts": "real_cars:counts", "twin headings": "real_cars:headings",
         "street": "realism:block",
-        "labelled fits": "fitting:table",
         **{f"realism_{name}": "realism:picture" for name in ("distributions", "vehicles")},
     }  # fmt: skip
     for name, maker in makers.items():
         yield name, Block(maker, f"{REAL} '{name}'", whole)
+    yield "labelled fits", Block("fitting:table", "luxloop fits street crossing campus", whole)
 
 
 BLOCKS: dict[str, Block] = dict([*of_code(), *of_catalog_runs(), *of_other_runs()])
