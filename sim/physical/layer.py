@@ -11,12 +11,12 @@ from luxloop.sim.physical.body_tables import BodyTables, has_sections
 from luxloop.sim.physical.kernels.frame_input import store_frame
 from luxloop.sim.physical.kernels.frame_motion import frame_motions
 from luxloop.sim.physical.lane_change import SpreadLaneChange
-from luxloop.sim.physical.limits import BEHIND_S
+from luxloop.sim.physical.limits import BEHIND_S, SIDESTEP
 from luxloop.sim.physical.physical_config import PhysicalConfig
 from luxloop.sim.physical.section_chain import SectionChain
 from luxloop.sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
 from luxloop.sim.roster import Member
-from luxloop.sim.world import JOINTS
+from luxloop.sim.world import JOINTS, Kind
 
 
 class PhysicalTruth:
@@ -61,7 +61,8 @@ class PhysicalTruth:
         )
         self._continue_lane_changes(frame)
         for n in np.flatnonzero(jump):
-            self._begin_lane_change(frame, int(body[n]), float(jump[n]))
+            if raw.members[n].kind is not Kind.PEDESTRIAN or abs(jump[n]) > SIDESTEP:
+                self._begin_lane_change(frame, int(body[n]), float(jump[n]))
         self._waiting.append((raw, body))
         self._pushed += 1
         if frame % self._window == 0:

@@ -51,6 +51,9 @@ CORNER = 0.4
 """Corners of a lane's polyline add a lateral part to a step: up to this share of the longitudinal part is no jump."""
 JUMP_LONGEST = 6.0
 """[m] Maximum lateral jump of a lane change; larger steps are not lane changes."""
+SIDESTEP = 1.0
+"""[m] A person whom the simulator moves at most this far aside in one step takes a step aside: smoothing alone leads to
+about walking speed. A lane change at walking speed would take 12 s."""
 LEAST_STEP = 0.005
 """[m] A shorter step does not define a course."""
 SLOW_CHANGE = 4.0

@@ -31,6 +31,7 @@ from luxloop.sim.physical.limits import (
     LATERAL_JERK,
     LEAST_STEP,
     SETTLING_S,
+    SIDESTEP,
     SLOW,
     STANDING,
     STEERING,
@@ -86,8 +87,8 @@ class Window:
         self._raw = np.zeros((self._length, 0, 3))
         self._path = np.zeros((self._length, 0, 3))
 
-    def push(self, frame, id, raw, speed):
-        """Append a raw frame: N numbers, points and yaws (N, 3), speeds (N,) [m/s]."""
+    def push(self, frame, id, raw, speed, walks):
+        """Append a raw frame: N numbers, points and yaws (N, 3), speeds (N,) [m/s], mask of people (N,)."""
         if id[-1] >= self._present.shape[1]:
             self._grow(2 * int(id[-1]) + 64)
         row, before = (frame % self._length, (frame - 1) % self._length)
@@ -105,7 +106,8 @@ class Window:
             self._path[before, new, 2] = self._path[row, new, 2]
             self._continue_lane_changes(frame)
             for jumper, jump in zip(stayed[jumped].tolist(), offset.tolist(), strict=True):
-                self._begin_lane_change(frame, jumper, jump)
+                if not (jumper in id[walks] and abs(jump) <= SIDESTEP):
+                    self._begin_lane_change(frame, jumper, jump)
 
     def reference(self, frame, id, pushed):
         """Smooth the path around a frame; beyond the `pushed` frames, bodies are extrapolated."""
@@ -500,7 +502,8 @@ class PhysicalTruth:
         forward = 0.5 * table.length[:, None] * self._rolling
         yaw = raw.pose_world[:, 2]
         point = raw.pose_world[:, :2] + forward * np.column_stack([np.cos(yaw), np.sin(yaw)])
-        self._window.push(self._pushed, table.id, np.column_stack([point, yaw]), raw.speed)
+        walks = np.array([member.kind is Kind.PEDESTRIAN for member in raw.members])
+        self._window.push(self._pushed, table.id, np.column_stack([point, yaw]), raw.speed, walks)
         self._waiting.append(raw)
         self._pushed += 1
 

@@ -214,6 +214,19 @@ def test_a_standing_body_does_not_slide_sideways():
     assert pose[-1, 1] == pytest.approx(3.2, abs=0.05)
 
 
+def test_a_person_steps_aside_within_two_seconds():
+    """SUMO moves people sideways in one step where a sidewalk begins; as a lane change this would take 12 s."""
+    size = (0.3, 0.48, 1.72)
+    fronts, yaws, speeds = along_x(np.full(200, 1.2))
+    fronts[100:, 1] = 0.7
+    out = driven(fronts, yaws, speeds, road_user=member(Kind.PEDESTRIAN, size))
+    y = column(out, "pose_world")[:, 1]
+    assert np.abs(y[:80]).max() < 0.02
+    assert y[120:] == pytest.approx(0.7, abs=0.05)
+    assert np.abs(np.diff(y)).max() < 1.0 * DT
+    assert not column(out, "changes_lane").any()
+
+
 def test_a_stopped_body_is_exactly_still():
     speeds = np.concatenate([np.maximum(12.0 - 4.5 * DT * np.arange(60), 0.0), np.zeros(60)])
     out = driven(*along_x(speeds))
@@ -356,7 +369,7 @@ def crowd(seed, count=100):
     course = np.pi + np.cumsum(rng.normal(0.0, 0.03, (count, 4)) * (rng.random((count, 4)) < 0.3), axis=0)
     course[:, 1] += rng.uniform(-np.pi, np.pi)
     step = speed[:, :, None] * DT * np.stack([np.cos(course), np.sin(course)], axis=2)
-    jumped = (rng.random((count, 4)) < 0.01).cumsum(axis=0) * 3.2
+    jumped = (rng.random((count, 4)) < 0.01).cumsum(axis=0) * [3.2, 3.2, 3.2, 3.2 if seed % 2 else 0.8]
     front = np.cumsum(step, axis=0) + jumped[:, :, None] * np.stack([-np.sin(course), np.cos(course)], axis=2)
     coming, going = rng.integers(0, 40, 4), rng.integers(60, count, 4)
     coming[0], going[0] = 0, count
