@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
 from luxloop.sensor_model.bodies.tilt import tilt_rotations
@@ -99,15 +100,15 @@ class Lidar:
 
     def _context(self, frame: WorldFrame, thresholds: Thresholds) -> ScanContext:
         """Return the context of a scan: the body tilts, and the mounting poses have calibration errors."""
-        R_level_body = self._attitude.at(frame.time, float(np.hypot(*frame.ego.velocity_world)))
+        R_level_body = self._attitude.at(frame.time, float(elementwise.hypot(*frame.ego.velocity_world)))
         if frame.ego.attitude.any():  # the noise is relative to the attitude of the world record
-            R_level_body = tilt_rotations(frame.ego.attitude[None])[0] @ R_level_body
+            R_level_body = elementwise.product(tilt_rotations(frame.ego.attitude[None])[0], R_level_body)
         origin_body, R_body_unit = self._mounts
         velocity, acceleration, yaw_rate = over_ground(frame.ego)
         return ScanContext(
             frame_index=frame.index,
-            origin_ego=origin_body @ R_level_body.T,
-            R_ego_unit=R_level_body @ R_body_unit,
+            origin_ego=elementwise.product(origin_body, R_level_body.T),
+            R_ego_unit=elementwise.product(R_level_body, R_body_unit),
             time_jitter=self._sync_jitter(frame.index),
             ego_velocity=velocity,
             ego_acceleration=acceleration,
@@ -165,7 +166,7 @@ class Lidar:
             twice = doubled_points(self._noise.calibration, moved, unit, returns.target, len(actors))
             cause[twice & (cause == Cause.CLEAN)] = Cause.DOUBLED
         cause[ranges.outlier] = Cause.RANGE_OUTLIER
-        dry_power = echoes.lost_power * np.exp(2.0 * context.extinction * echoes.lost_range)
+        dry_power = echoes.lost_power * elementwise.exp(2.0 * context.extinction * echoes.lost_range)
         lost_cause = loss_causes(thresholds, echoes.lost_beam, echoes.lost_power, dry_power)
         lost_cause[echoes.lost_range == 0.0] = Loss.TOO_NEAR
         return ScanTruth(

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.sensor_model.bodies.scene import relative_pose
 from luxloop.sensor_model.noise.odometry_drift import OdometryNoise
@@ -46,7 +47,7 @@ class Odometry:
         turn = motion[2] + self._yaw_rate * dt + walk * float(self._draws.normal_of(frame, 0, 0, Purpose.YAW_WALK)[0])
         x, y, yaw = self._pose
         dx, dy = self._scale * motion[:2]
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        cos, sin = elementary.cos(yaw), elementary.sin(yaw)
         self._pose = _wrapped(np.array([x + cos * dx - sin * dy, y + sin * dx + cos * dy, yaw + turn]))
 
 

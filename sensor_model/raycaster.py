@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.bodies.walls import Walls
@@ -176,9 +177,9 @@ def _grid(beams: BeamTable, footprint: tuple[int, int], refine: bool) -> records
         side=np.ascontiguousarray(_cos_sin(turn).transpose(0, 2, 1)),
         fan_ray=np.array(fan_ray),
         azimuth=_cos_sin(beams.azimuth),
-        slope=np.tan(elevation),
-        cos=np.cos(elevation),
-        far=1.0 / (np.concatenate(ranges) * np.cos(elevation)),
+        slope=elementwise.tan(elevation),
+        cos=elementwise.cos(elevation),
+        far=1.0 / (np.concatenate(ranges) * elementwise.cos(elevation)),
         refine=refine,
     )
 
@@ -199,7 +200,7 @@ def _midpoints(count: int) -> Floats:
 
 def _cos_sin(angle: Floats) -> Floats:
     """Return (..., 2) cosine and sine of angles (...)."""
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return np.stack([elementwise.cos(angle), elementwise.sin(angle)], axis=-1)
 
 
 def _solids(bodies: Bodies) -> records.Solids:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.ground import FLAT
@@ -48,9 +49,13 @@ class ScanContext:
 
 def over_ground(ego: Ego) -> tuple[Floats, Floats, float]:
     """Return velocity (2,) and acceleration (2,) of the ego in the ego frame, and yaw rate, all over ground."""
-    cos, sin = np.cos(ego.pose_world[2]), np.sin(ego.pose_world[2])
+    cos, sin = elementwise.cos(ego.pose_world[2]), elementwise.sin(ego.pose_world[2])
     R_ego_world = np.array([[cos, sin], [-sin, cos]])
-    return R_ego_world @ ego.velocity_world, R_ego_world @ ego.acceleration_world, ego.yaw_rate
+    return (
+        elementwise.product(R_ego_world, ego.velocity_world),
+        elementwise.product(R_ego_world, ego.acceleration_world),
+        ego.yaw_rate,
+    )
 
 
 def displacement(
@@ -66,7 +71,7 @@ def displacement(
         True origins (U, 3) and rotations (U, 3, 3) of the units in the frame of the ego's body.
     """
     units, (origin, R_body_unit) = beams.units, mounts
-    R_nominal_true = R_body_unit @ units.R_ego_unit.transpose(0, 2, 1)
+    R_nominal_true = elementwise.product(R_body_unit, units.R_ego_unit.transpose(0, 2, 1))
     errors = MountErrors(units.origin_ego, origin - units.origin_ego, R_nominal_true, context.time_jitter)
     shift: Floats = calibration_shift(
         returns.beam, returns.range, returns.target, beams.unit, beams.direction_ego, errors, bodies.motion,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.ground_contact import ground_contact
 from luxloop.sim.kinematics import Kinematics
@@ -45,7 +46,7 @@ class FrameBuilder:
 
     def frame(self, members: list[Member], motion: Kinematics) -> WorldFrame:
         """Return the next frame of N members by ascending number, the ego first, and their motion."""
-        distance = np.hypot(*(motion.pose_world[:, :2] - motion.pose_world[0, :2]).T)
+        distance = elementwise.hypot(*(motion.pose_world[:, :2] - motion.pose_world[0, :2]).T)
         near = np.flatnonzero(distance <= self._range)[1:]
         appearance = self._appearance_of([members[row] for row in near])
         ground_z, slope = self._contacts(members[0], appearance, motion, near)

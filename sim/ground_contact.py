@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats
 from luxloop.sim.world import Terrain
 
@@ -33,7 +34,7 @@ def ground_contact(terrain: Terrain, pose_world: Floats, size: Floats, road: Flo
     -------
     (N,) height [m]; (N, 2) pitch, positive with the front down, and roll, positive with the right side down [rad].
     """
-    cos, sin = np.cos(pose_world[:, 2]), np.sin(pose_world[:, 2])
+    cos, sin = elementwise.cos(pose_world[:, 2]), elementwise.sin(pose_world[:, 2])
     ahead = 0.5 * WHEELBASE_SHARE * size[:, :1] * np.column_stack([cos, sin])
     aside = 0.5 * TRACK_SHARE * size[:, 1:2] * np.column_stack([-sin, cos])
     middle = pose_world[:, :2]
@@ -43,7 +44,10 @@ def ground_contact(terrain: Terrain, pose_world: Floats, size: Floats, road: Flo
     rise = 0.5 * (front_left + front_right - rear_left - rear_right)
     bank = 0.5 * (front_left + rear_left - front_right - rear_right)
     height = 0.25 * (front_left + front_right + rear_left + rear_right)
-    pitch, roll = -np.arctan2(rise, 2.0 * np.hypot(*ahead.T)), np.arctan2(bank, 2.0 * np.hypot(*aside.T))
+    pitch, roll = (
+        -elementwise.atan2(rise, 2.0 * elementwise.hypot(*ahead.T)),
+        elementwise.atan2(bank, 2.0 * elementwise.hypot(*aside.T)),
+    )
     if road is not None:
         lowest = np.minimum.reduce([front_left, front_right, rear_left, rear_right])
         on_deck = road[:, 0] > lowest + DECK_M  # False for NaN

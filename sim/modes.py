@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sim.world import Mode
 
@@ -69,9 +70,9 @@ class ModeClassifier:
             (N, 2) [m/s] and [m/s^2].
         """
         before, known = self._previous_rows(id)
-        self._moves = _next_state(self._moves, before, known, np.hypot(*velocity_world.T), self._move)
+        self._moves = _next_state(self._moves, before, known, elementwise.hypot(*velocity_world.T), self._move)
         self._accelerates = _next_state(
-            self._accelerates, before, known, np.hypot(*acceleration_world.T), self._accelerate
+            self._accelerates, before, known, elementwise.hypot(*acceleration_world.T), self._accelerate
         )
         self._id = id
         # Acceleration counts only while moving: an actor that rocks in place is stationary.

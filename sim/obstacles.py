@@ -14,6 +14,7 @@ from typing import Literal
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats
 from luxloop.sim.world import Obstacles
 
@@ -152,13 +153,15 @@ def _validate(
 
 def _octagon(place: Floats, diameter: float) -> Floats:
     angle = (np.arange(POLE_CORNERS) + 0.5) * (2 * math.pi / POLE_CORNERS)
-    return np.asarray(place + _POLE_RADIUS * diameter * np.column_stack([np.cos(angle), np.sin(angle)]))
+    return np.asarray(
+        place + _POLE_RADIUS * diameter * np.column_stack([elementwise.cos(angle), elementwise.sin(angle)])
+    )
 
 
 def _posts(line: Floats) -> list[Floats]:
     """Return the outlines (4, 2) [m] of the posts of a guard rail, evenly spaced from its first end."""
     step = np.diff(line, axis=0)
-    length = np.hypot(*step.T)
+    length = elementwise.hypot(*step.T)
     end = np.cumsum(length)
     along = np.arange(0.0, end[-1], POST_SPACING)
     piece = np.searchsorted(end, along, side="right")

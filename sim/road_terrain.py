@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats
 from luxloop.sim.world import Terrain
 
@@ -102,5 +103,5 @@ def _sections(sections: LaneSections, corner: Floats, cell: float, shape: tuple[
         (dx, dy), rise = (end - start)[:2], end[2] - start[2]
         square = dx * dx + dy * dy
         along = np.clip((x * dx + y * dy) / square, 0.0, 1.0) if square > 0.0 else np.zeros((len(x), len(y)))
-        distance = np.maximum(np.hypot(x - along * dx, y - along * dy) - half_width, _LEAST_M)
+        distance = np.maximum(elementwise.hypot(x - along * dx, y - along * dy) - half_width, _LEAST_M)
         yield _SectionOnGrid((slice(low[0], high[0]), slice(low[1], high[1])), distance, start[2] + along * rise)

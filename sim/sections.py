@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sim.articulation import LONGEST_BUS_M, hitch, is_articulated
 from luxloop.sim.world import JOINTS, Kind
@@ -99,7 +100,9 @@ def section_moves(straight: Sections, length: Floats, angles: Floats) -> Section
     turn = bent[row, middle][:, None] - bent
     x = 0.5 * length[:, None] - joint
     # From joint to joint along the sections between; all are moved so that the front joint of the middle section stays.
-    along = np.diff(x, axis=1)[..., None] * np.stack([np.cos(turn[:, 1:-1]), np.sin(turn[:, 1:-1])], axis=-1)
+    along = np.diff(x, axis=1)[..., None] * np.stack(
+        [elementwise.cos(turn[:, 1:-1]), elementwise.sin(turn[:, 1:-1])], axis=-1
+    )
     place = np.concatenate([np.zeros((len(length), 1, 2)), np.cumsum(along, axis=1)], axis=1)
     place -= place[row, middle - 1][:, None]
     place[..., 0] += x[row, middle - 1][:, None]

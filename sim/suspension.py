@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sim.world import Kind
 
@@ -120,13 +121,13 @@ class Suspension:
 
 def _settled(kind: Ints, yaw: Floats, acceleration_world: Floats) -> Floats:
     """Return the (N, 2) pitch and roll that bodies settle at under constant accelerations (N, 2) [rad]."""
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    cos, sin = elementwise.cos(yaw), elementwise.sin(yaw)
     ax, ay = acceleration_world.T
     # Braking lowers the front; in a turn to the left, a vehicle's right side goes down, and a rider's left side.
     driving = np.stack([-(cos * ax + sin * ay), cos * ay - sin * ax], axis=1)
     settled: Floats = _GRADIENT[kind] * np.clip(driving, -_GRIP_MPS2, _GRIP_MPS2)
     leaning = np.flatnonzero(_LEANS[kind])
-    settled[leaning, _ROLL] = -np.arctan(driving[leaning, _ROLL] / GRAVITY)
+    settled[leaning, _ROLL] = -elementwise.atan2(driving[leaning, _ROLL], GRAVITY)
     return settled
 
 
@@ -139,11 +140,11 @@ def _solution(dt: float) -> tuple[Floats, Floats]:
     for kind, (_, _, frequency_hz, damping) in SPRUNG.items():
         w = 2.0 * math.pi * frequency_hz
         decay, damped = damping * w, w * math.sqrt(1.0 - damping * damping)
-        fades, cos, sin = math.exp(-decay * dt), math.cos(damped * dt), math.sin(damped * dt)
+        fades, cos, sin = elementary.exp(-decay * dt), elementary.cos(damped * dt), elementary.sin(damped * dt)
         free = (cos + decay / damped * sin, sin / damped, -w * w / damped * sin, cos - decay / damped * sin)
         lag[kind], transition[:, kind] = 2.0 * damping / w, fades * np.array(free)[:, None]
     for kind in RIDERS:
-        lag[kind, _ROLL], transition[0, kind, _ROLL] = LEAN_LAG_S, math.exp(-dt / LEAN_LAG_S)
+        lag[kind, _ROLL], transition[0, kind, _ROLL] = LEAN_LAG_S, elementary.exp(-dt / LEAN_LAG_S)
     return lag, transition
 
 

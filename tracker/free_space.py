@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Floats32
 from luxloop.compiled import kernel
 
@@ -45,12 +46,12 @@ def free(places: Floats, returns: Floats, margin_m: float) -> Bools:
 @kernel()
 def is_free(x: float, y: float, nearest: Floats, margin_m: float) -> bool:
     """Return True if the nearest returns (BINS,) of all bearings at which a unit may see a place are behind it."""
-    range_m = math.hypot(x, y)
+    range_m = elementary.hypot(x, y)
     if range_m <= UNIT_OFFSET_M:
         return False
-    half = math.asin(UNIT_OFFSET_M / range_m)
+    half = elementary.asin(UNIT_OFFSET_M / range_m)
     bins = max(1, math.ceil(half / math.pi * BINS))
-    first = math.floor((math.atan2(y, x) - half) / (2.0 * math.pi) * BINS)
+    first = math.floor((elementary.atan2(y, x) - half) / (2.0 * math.pi) * BINS)
     covered = 0
     for k in range(first, first + bins):
         if nearest[k % BINS] <= range_m + margin_m:
@@ -65,9 +66,9 @@ def profile(returns: Floats) -> Floats:
     nearest = np.full(BINS, np.inf)
     for i in range(len(returns)):
         x, y = returns[i, 0], returns[i, 1]
-        range_m = math.hypot(x, y)
+        range_m = elementary.hypot(x, y)
         if range_m > UNIT_OFFSET_M:
-            k = math.floor(math.atan2(y, x) / (2.0 * math.pi) * BINS) % BINS
+            k = math.floor(elementary.atan2(y, x) / (2.0 * math.pi) * BINS) % BINS
             nearest[k] = min(nearest[k], range_m)
     return nearest
 
@@ -75,7 +76,7 @@ def profile(returns: Floats) -> Floats:
 @kernel()
 def turned_returns(points: Floats32, turn: float) -> Floats:
     """(K, 2) x and y of the finite ones of points (N, 3), rotated by an angle [rad]."""
-    cos, sin, count = math.cos(turn), math.sin(turn), 0
+    cos, sin, count = elementary.cos(turn), elementary.sin(turn), 0
     turned = np.empty((len(points), 2))
     for i in range(len(points)):
         x, y, z = points[i]

@@ -1,18 +1,19 @@
 """Plane geometry of the tracker. Angles in radians, counter-clockwise."""
 
-import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 
 QUARTER = np.pi / 2
 
 
-def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
+def rotate(vector: npt.NDArray[Any], angle: Floats | float) -> Floats:
     """Rotate vectors (..., 2) by angles (...)."""
-    cos, sin = np.cos(angle), np.sin(angle)
+    cos, sin = elementwise.cos(angle), elementwise.sin(angle)
     x, y = vector[..., 0], vector[..., 1]
     first = cos * x - sin * y
     turned = np.empty((*first.shape, 2))
@@ -24,7 +25,7 @@ def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
 def rotate_one(vector: npt.NDArray[np.generic], angle: float) -> Floats:
     """Rotate one vector (2,) by an angle, as `rotate` but without the cost of array operations."""
     x, y = vector.tolist()
-    cos, sin = math.cos(angle), math.sin(angle)
+    cos, sin = elementary.cos(angle), elementary.sin(angle)
     return np.array([cos * x - sin * y, sin * x + cos * y])
 
 
@@ -42,14 +43,14 @@ def fold(heading: Floats) -> Floats:
 
 def rotated_covariance(variance: Floats, heading: float) -> Floats:
     """(2, 2) covariance with variances (2,) along and across a heading."""
-    (along, across), cos, sin = variance.tolist(), math.cos(heading), math.sin(heading)
+    (along, across), cos, sin = variance.tolist(), elementary.cos(heading), elementary.sin(heading)
     mixed = cos * sin * (along - across)
     return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
 
 
 def variance_along(covariance: Floats, heading: float) -> Floats:
     """(2,) variances of a covariance (2, 2) along and across a heading."""
-    cos, sin = math.cos(heading), math.sin(heading)
+    cos, sin = elementary.cos(heading), elementary.sin(heading)
     (xx, xy), (yx, yy) = covariance.tolist()
 
     def along(x: float, y: float) -> float:

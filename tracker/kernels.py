@@ -1,9 +1,8 @@
 """Points in boxes, and from the ego frame to the odometry frame: what detection and tracking share."""
 
-import math
-
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats
 from luxloop.compiled import kernel
 
@@ -18,7 +17,7 @@ def points_inside(points: Floats, center: Floats, heading: Floats, size: Floats)
     """(P, B) mask of points (P, 2) inside boxes with centre (B, 2), heading (B,) and size (B, 2)."""
     within = np.empty((len(points), len(heading)), np.bool_)
     for b in range(len(heading)):
-        cos, sin = math.cos(heading[b]), math.sin(heading[b])
+        cos, sin = elementary.cos(heading[b]), elementary.sin(heading[b])
         for p in range(len(points)):
             x, y = points[p, 0] - center[b, 0], points[p, 1] - center[b, 1]
             along, across = cos * x + sin * y, cos * y - sin * x
@@ -29,7 +28,7 @@ def points_inside(points: Floats, center: Floats, heading: Floats, size: Floats)
 @kernel()
 def placed(points: Floats, pose: Floats) -> Floats:
     """(N, 2) points (N, 2 or more) of the ego frame in the odometry frame, in which the ego has a pose (3,)."""
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    cos, sin = elementary.cos(pose[2]), elementary.sin(pose[2])
     found = np.empty((len(points), 2))
     for i in range(len(points)):
         found[i, 0] = cos * points[i, 0] - sin * points[i, 1] + pose[0]

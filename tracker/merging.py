@@ -1,10 +1,10 @@
 """Pairs of pieces that together have the shape of one vehicle."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.kernels import inside
@@ -15,10 +15,10 @@ from luxloop.tracker.vehicle_classes import LONGEST_M, WIDEST_M
 @kernel()
 def hull_bounds(center: Floats, heading: Floats, size: Floats, a: int, b: int) -> tuple[float, float, float, float]:
     """Return low x, low y, high x and high y of the box around two pieces, from and along the first one [m]."""
-    cos, sin = math.cos(heading[a]), math.sin(heading[a])
+    cos, sin = elementary.cos(heading[a]), elementary.sin(heading[a])
     x, y = center[b, 0] - center[a, 0], center[b, 1] - center[a, 1]
     along, across = cos * x + sin * y, cos * y - sin * x
-    cos, sin = abs(math.cos(heading[b] - heading[a])), abs(math.sin(heading[b] - heading[a]))
+    cos, sin = abs(elementary.cos(heading[b] - heading[a])), abs(elementary.sin(heading[b] - heading[a]))
     length, width = 0.5 * (cos * size[b, 0] + sin * size[b, 1]), 0.5 * (sin * size[b, 0] + cos * size[b, 1])
     own_length, own_width = 0.5 * size[a, 0], 0.5 * size[a, 1]
     low = min(-own_length, along - length), min(-own_width, across - width)
@@ -46,8 +46,8 @@ def fitting_pairs(
     pairs = []
     for a in range(len(heading)):
         for b in range(a + 1, len(heading)):
-            near = math.hypot(center[b, 0] - center[a, 0], center[b, 1] - center[a, 1]) < length_max_m
-            parallel = abs(math.sin(2.0 * (heading[b] - heading[a]))) <= 2.0 * turn_max_rad
+            near = elementary.hypot(center[b, 0] - center[a, 0], center[b, 1] - center[a, 1]) < length_max_m
+            parallel = abs(elementary.sin(2.0 * (heading[b] - heading[a]))) <= 2.0 * turn_max_rad
             if near and parallel and hull_fits(center, heading, size, a, b, length_max_m, width_max_m):
                 pairs.append((a, b))
     found = np.empty((len(pairs), 2), np.int64)
@@ -109,10 +109,10 @@ def may_be_one(pieces: OrientedBoxes) -> list[tuple[int, int]]:
 
 def one_vehicle(pieces: OrientedBoxes, a: int, b: int, config: MergeConfig) -> bool:
     """Return True if a pair of `may_be_one` is equally fast and has a gap below any headway."""
-    speed = float(np.hypot(*pieces.velocity[[a, b]].T).min())
+    speed = float(elementwise.hypot(*pieces.velocity[[a, b]].T).min())
     if speed < SPEED_MIN_MPS:
         return False
-    same = np.hypot(*(pieces.velocity[b] - pieces.velocity[a])) <= SPEED_DIFFERENCE_MAX_MPS
+    same = elementwise.hypot(*(pieces.velocity[b] - pieces.velocity[a])) <= SPEED_DIFFERENCE_MAX_MPS
     return bool(same) and gap(pieces, a, b) <= min(HEADWAY_MAX_S * speed, config.gap_max_m)
 
 

@@ -1,10 +1,10 @@
 """Vehicle classes: their sizes, and what the visible sides of an object tell about them."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats
 from luxloop.compiled import kernel
 
@@ -29,7 +29,7 @@ FASTEST_MPS = 75.0
 TRUNCATED_PROBABILITY = 0.3
 """Probability that a side that seems whole is truncated: thin occluders and lost beams are not detected."""
 
-GRID_M: Floats = np.array(0.4 * 1.02 ** np.arange(200), dtype=np.float64)
+GRID_M: Floats = np.cumprod(np.array([0.4, *199 * [1.02]]))
 """(G,) lengths and widths that a vehicle may have [m]: 0.4 to 20.6, in steps of 2 %."""
 
 
@@ -73,7 +73,7 @@ def side_probabilities() -> tuple[Floats, Floats]:
     sides = np.array([[each.length, each.width] for each in SIZE_CLASSES])
     low, high, std = (side[..., None] for side in np.moveaxis(sides, 2, 0))
     beyond = np.maximum(low - GRID_M, 0.0) + np.maximum(GRID_M - high, 0.0)
-    cell = np.exp(-0.5 * (beyond / std) ** 2) * GRID_M  # cells of a geometric grid are as wide as their place
+    cell = elementwise.exp(-0.5 * (beyond / std) ** 2) * GRID_M  # cells of a geometric grid are as wide as their place
     return share, np.asarray(cell / cell.sum(axis=2, keepdims=True))
 
 
@@ -133,7 +133,7 @@ def of_background(depth_m: float) -> float:
 @kernel()
 def exponential(depth_m: float, mean_m: float) -> float:
     """Return the density of an exponential distribution."""
-    return math.exp(-depth_m / mean_m) / mean_m
+    return elementary.exp(-depth_m / mean_m) / mean_m
 
 
 class VehicleClass(NamedTuple):
@@ -211,7 +211,7 @@ def length_log_odds(size: Floats, whole: Bools, visible_min_m: float, truncated_
             * side_density(size[1], second, kind.length_m, visible_min_m)
             * side_density(size[0], first, kind.width_m, visible_min_m)
         )
-    return math.log(along / across)
+    return elementary.log(along / across)
 
 
 @kernel()
@@ -230,13 +230,13 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
     second = (size[1], truncated_probability if whole[1] else 1.0)
     longer, shorter = (first, second) if first >= second else (second, first)
     low, high = BACKGROUND_LENGTH_M
-    background = of_background(shorter[0]) / (math.log(high / low) * max(longer[0], low))
+    background = of_background(shorter[0]) / (elementary.log(high / low) * max(longer[0], low))
     if longer[0] > CAR_LENGTH_MAX_M:
         background += view_density(longer, shorter, PAIR)
     vehicle = 0.0
     for kind in CLASSES:
         vehicle += view_density(longer, shorter, kind)
-    return math.log(vehicle / background)
+    return elementary.log(vehicle / background)
 
 
 @kernel()
@@ -266,5 +266,5 @@ def side_density(extent: float, truncated: float, limits: tuple[float, float], v
         return 1.0
     low, high = limits
     whole = max(min(high, extent + ROUNDING_M) - max(low, extent), 0.0) / ROUNDING_M
-    piece = math.log(high / max(low, extent)) if extent < high else 0.0
+    piece = elementary.log(high / max(low, extent)) if extent < high else 0.0
     return ((1.0 - truncated) * whole + truncated * piece) / (high - low) + OUTLIER_DENSITY

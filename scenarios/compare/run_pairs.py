@@ -33,7 +33,7 @@ class Pair:
 
     @property
     def identical(self) -> bool:
-        """True if frames, scans and tracks are bit-identical, which only runs on one type of CPU can be."""
+        """True if frames, scans and tracks are bit-identical."""
         return self.base.trace_hash == self.head.trace_hash
 
     @property

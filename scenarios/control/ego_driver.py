@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.control.control_config import CruiseConfig
 from luxloop.scenarios.grading.articulated import parts
@@ -203,7 +204,8 @@ def find_lead(around: Surroundings, half_width_m: float) -> LeadVehicle | None:
         return None
     row = int(np.argmin(near))
     path_heading = curvature * center[row, 0]
-    speed = float(around.velocity_ego[row] @ (np.cos(path_heading), np.sin(path_heading)))
+    v_x, v_y = around.velocity_ego[row].tolist()
+    speed = v_x * elementary.cos(path_heading) + v_y * elementary.sin(path_heading)
     return LeadVehicle(int(around.id[row]), float(near[row]) - around.front_m, speed)
 
 
@@ -216,7 +218,7 @@ def to_path_frame(points_ego: Floats, curvature: float) -> Floats:
     if abs(curvature) < _STRAIGHT:
         return points_ego
     sine, cosine = curvature * points_ego[..., 0], 1.0 - curvature * points_ego[..., 1]
-    return np.stack([np.arctan2(sine, cosine), 1.0 - np.hypot(sine, cosine)], axis=-1) / curvature
+    return np.stack([elementwise.atan2(sine, cosine), 1.0 - elementwise.hypot(sine, cosine)], axis=-1) / curvature
 
 
 def nearest_in_corridor(corners: Floats, half_width_m: float) -> Floats:

@@ -5,6 +5,7 @@ Angles are in radians, counter-clockwise. A pose is (x, y, yaw); a box is (x, y,
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 
 QUARTER = np.pi / 2
@@ -19,7 +20,7 @@ def wrap(angle: Floats, period: float = 2 * np.pi) -> Floats:
 
 def turned(vectors: Floats | Ints, angle: Floats | float) -> Floats:
     """Rotate vectors (..., 2) by angles (...)."""
-    cos, sin = np.cos(angle), np.sin(angle)
+    cos, sin = elementwise.cos(angle), elementwise.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
     first = cos * x - sin * y
     out = np.empty((*first.shape, 2))
@@ -91,8 +92,8 @@ def iou(a: Floats, b: Floats) -> Floats:
 
 def iou_table(a: Floats, b: Floats) -> Floats:
     """(A, B) bird's-eye intersection over union of every box of `a` (A, 5) with every box of `b` (B, 5)."""
-    reach = 0.5 * (np.hypot(a[:, 3], a[:, 4])[:, None] + np.hypot(b[:, 3], b[:, 4]))
-    gap = np.hypot(a[:, None, 0] - b[:, 0], a[:, None, 1] - b[:, 1])
+    reach = 0.5 * (elementwise.hypot(a[:, 3], a[:, 4])[:, None] + elementwise.hypot(b[:, 3], b[:, 4]))
+    gap = elementwise.hypot(a[:, None, 0] - b[:, 0], a[:, None, 1] - b[:, 1])
     row, column = np.nonzero(gap < reach)
     table = np.zeros((len(a), len(b)))
     table[row, column] = iou(a[row], b[column])

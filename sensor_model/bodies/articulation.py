@@ -6,12 +6,13 @@ further joints are between it and the section that defines the pose. Angles [rad
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats
 
 
 def rotate_vectors(vectors: Floats, angle: Floats) -> Floats:
     """Rotate vectors (N, 2) or (N, 3) about z by angles (N,)."""
-    cos, sin = np.cos(angle), np.sin(angle)
+    cos, sin = elementwise.cos(angle), elementwise.sin(angle)
     rotated = vectors.copy()
     rotated[:, 0] = cos * vectors[:, 0] - sin * vectors[:, 1]
     rotated[:, 1] = sin * vectors[:, 0] + cos * vectors[:, 1]

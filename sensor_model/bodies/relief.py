@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bytes, Floats
 from luxloop.sensor_model.bodies.proportions import Draw
 from luxloop.sensor_model.truth import Part
@@ -23,7 +24,9 @@ def waves(draw: Draw) -> Floats:
     rows = []
     for _ in range(WAVES):
         number, direction = 2.0 * math.pi / draw(_SHORTEST, _LONGEST), draw(0.0, math.pi)
-        rows.append((0.0, number * math.cos(direction), number * math.sin(direction), draw(0.0, 2.0 * math.pi)))
+        rows.append(
+            (0.0, number * elementary.cos(direction), number * elementary.sin(direction), draw(0.0, 2.0 * math.pi))
+        )
     return np.array(rows)
 
 

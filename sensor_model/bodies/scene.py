@@ -1,10 +1,10 @@
 """Bodies of all actors of a frame: convex solids and their poses in the ego frame."""
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.bodies.articulation import rotate_boxes, rotate_planes
 from luxloop.sensor_model.bodies.body import Appearance, Body, build
@@ -223,13 +223,13 @@ def _tilted(level: Bodies, attitude: Floats, ground_z: Floats) -> Bodies:
 
 
 def _placed(bodies: Bodies, actors: Actors, ego: Ego) -> Bodies:
-    cos, sin = math.cos(ego.pose_world[2]), math.sin(ego.pose_world[2])
+    cos, sin = elementary.cos(ego.pose_world[2]), elementary.sin(ego.pose_world[2])
     R_world_ego = np.array([[cos, -sin], [sin, cos]])
     return replace(
         bodies,
         pose_ego=relative_pose(actors.pose_world, ego.pose_world),
-        velocity_ego=actors.velocity_world @ R_world_ego,
-        acceleration_ego=actors.acceleration_world @ R_world_ego,
+        velocity_ego=elementwise.product(actors.velocity_world, R_world_ego),
+        acceleration_ego=elementwise.product(actors.acceleration_world, R_world_ego),
         yaw_rate=actors.yaw_rate,
     )
 
@@ -244,5 +244,5 @@ def relative_positions(positions: Floats, poses: Floats) -> Floats:
     """Transform positions (..., 2) to the frame of a pose (3,), or each to that of its pose (..., 3) [m]."""
     offset = positions - poses[..., :2]
     x, y = offset[..., 0], offset[..., 1]
-    cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
+    cos, sin = elementwise.cos(poses[..., 2]), elementwise.sin(poses[..., 2])
     return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 from luxloop.sensor_model.truth import Part
 
@@ -91,9 +92,9 @@ class Solid:
         normals = np.array([plane.normal for plane in self.planes])
         offsets = np.array([plane.offset for plane in self.planes])
         centre = 0.5 * np.add(self.low, self.high)
-        if np.any(normals @ centre > offsets - _CLEAR):
+        if np.any(elementwise.product(normals, centre) > offsets - _CLEAR):
             centre = _inside(normals, offsets, centre)
-        return scipy.spatial.ConvexHull(normals / (offsets - normals @ centre)[:, None]), centre
+        return scipy.spatial.ConvexHull(normals / (offsets - elementwise.product(normals, centre))[:, None]), centre
 
 
 def prism(part: Part, profile: Profile, half_width: float, leans: Sequence[tuple[float, float]] = UPRIGHT) -> Solid:
@@ -137,7 +138,7 @@ def slope(part: Part, x: float, z: float, angle_deg: float) -> Plane:
     It faces forward up to 90 degrees, and rearward for negative angles.
     """
     angle = math.radians(angle_deg)
-    normal = (math.sin(angle), 0.0, math.cos(angle))
+    normal = (elementary.sin(angle), 0.0, elementary.cos(angle))
     return Plane(normal, normal[0] * x + normal[2] * z, part)
 
 
@@ -155,7 +156,7 @@ def x_at(plane: Plane, z: float) -> float:
 def sides(part: Part, half_width: float, z: float, lean_deg: float) -> list[Plane]:
     """Return left and right plane through y = +-half_width at z [m], with an inward lean from the vertical [deg]."""
     lean = math.radians(lean_deg)
-    cos, sin = math.cos(lean), math.sin(lean)
+    cos, sin = elementary.cos(lean), elementary.sin(lean)
     return [Plane((0.0, side * cos, sin), half_width * cos + z * sin, part) for side in (1.0, -1.0)]
 
 
@@ -182,7 +183,7 @@ def bowed(plane: Plane, bow: float, half_span: float, tangents: Sequence[float],
     planes = []
     for t in tangents:
         slope = 2.0 * curvature * t
-        length = math.hypot(1.0, slope)
+        length = elementary.hypot(1.0, slope)
         normal = (nx, slope, nz) if across else (slope, ny, nz)
         offset = plane.offset + curvature * t * t + slope * centre
         planes.append(Plane((normal[0] / length, normal[1] / length, normal[2] / length), offset / length, plane.part))
@@ -210,9 +211,9 @@ def bevel(part: Part, first: Plane, second: Plane, width: float) -> Plane:
     between them, so it lies width / 2 tan(t / 2) deep.
     """
     total = [a + b for a, b in zip(first.normal, second.normal, strict=True)]
-    length = math.hypot(*total)
-    half_angle = math.acos(min(0.5 * length, 1.0))
-    offset = (first.offset + second.offset) / length - 0.5 * width * math.tan(half_angle)
+    length = math.sqrt(sum(component * component for component in total))
+    half_angle = elementary.acos(min(0.5 * length, 1.0))
+    offset = (first.offset + second.offset) / length - 0.5 * width * elementary.tan(half_angle)
     return Plane((total[0] / length, total[1] / length, total[2] / length), offset, part)
 
 
@@ -235,7 +236,7 @@ def _inside(normals: Floats, offsets: Floats, start: Floats) -> Floats:
     """
     point = start.copy()
     for _ in range(_RELAXATIONS):
-        excess = normals @ point - offsets + _CLEAR
+        excess = elementwise.product(normals, point) - offsets + _CLEAR
         worst = int(excess.argmax())
         if excess[worst] <= 0.0:
             return point
@@ -255,7 +256,7 @@ def _ball_centre(normals: Floats, offsets: Floats) -> Floats:
 
 def _through(a: tuple[float, float], b: tuple[float, float], part: Part) -> Plane:
     dx, dz = b[0] - a[0], b[1] - a[1]
-    length = math.hypot(dx, dz)
+    length = elementary.hypot(dx, dz)
     normal = (dz / length, 0.0, -dx / length)
     return Plane(normal, normal[0] * a[0] + normal[2] * a[1], part)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats
 
 
@@ -10,7 +11,7 @@ def tilt_rotations(attitude: Floats) -> Floats:
 
     The pitch is about y, then the roll about x; the axes of the level frame are those of a body without both.
     """
-    (cp, cr), (sp, sr) = np.cos(attitude).T, np.sin(attitude).T
+    (cp, cr), (sp, sr) = elementwise.cos(attitude).T, elementwise.sin(attitude).T
     zero = np.zeros_like(cp)
     rows = [[cp, sp * sr, sp * cr], [zero, cr, -sr], [-sp, cp * sr, cp * cr]]
     return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.world import Obstacles, Terrain
 
@@ -38,7 +39,7 @@ class Walls:
     def seen_from(self, pose_world: Floats, ground_z: float = 0.0) -> "Walls":
         """Transform walls from the world frame to the frame of a pose (3,) x, y [m], yaw [rad] at a height [m]."""
         x, y = (self.ends.reshape(-1, 2) - pose_world[:2]).T
-        cos, sin = np.cos(pose_world[2]), np.sin(pose_world[2])
+        cos, sin = elementwise.cos(pose_world[2]), elementwise.sin(pose_world[2])
         ends = np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
         return replace(self, ends=ends.reshape(-1, 4), z=self.z - ground_z if ground_z else self.z)
 
@@ -57,7 +58,7 @@ class NearbyWalls:
     def __init__(self, walls_world: Walls) -> None:
         self._all = walls_world
         one, other = walls_world.ends[:, :2], walls_world.ends[:, 2:]
-        self._middle, self._half_length = 0.5 * (one + other), 0.5 * np.hypot(*(other - one).T)
+        self._middle, self._half_length = 0.5 * (one + other), 0.5 * elementwise.hypot(*(other - one).T)
         self._place, self._radius, self._near = np.zeros(2), -math.inf, walls_world
 
     def seen_from(self, pose_world: Floats, reach: float, ground_z: float = 0.0) -> Walls:
@@ -69,7 +70,7 @@ class NearbyWalls:
         """
         if math.dist(pose_world[:2], self._place) + reach > self._radius:
             self._place, self._radius = pose_world[:2].copy(), reach + STRIDE
-            to_middle = np.hypot(*(self._middle - self._place).T)
+            to_middle = elementwise.hypot(*(self._middle - self._place).T)
             self._near = self._all[np.flatnonzero(to_middle - self._half_length <= self._radius + _SLACK)]
         return self._near.seen_from(pose_world, ground_z)
 
@@ -83,7 +84,7 @@ def walls_of(obstacles: Obstacles) -> Walls:
     for index, (first, last) in enumerate(zip(obstacles.offset[:-1], obstacles.offset[1:], strict=True)):
         corners = obstacles.vertices_world[first:last]
         sides = np.hstack([corners, np.roll(corners, -1, axis=0)])[: None if len(corners) > 2 else 1]
-        sides = sides[np.hypot(*(sides[:, 2:] - sides[:, :2]).T) > _SHORTEST]
+        sides = sides[elementwise.hypot(*(sides[:, 2:] - sides[:, :2]).T) > _SHORTEST]
         ends.append(sides)
         polygon += [index] * len(sides)
     z = np.column_stack([obstacles.base, obstacles.height])
@@ -97,7 +98,7 @@ def _raised(walls: Walls, terrain: Terrain) -> Walls:
     The lower edge is above the lower end, so that no gap opens, and the upper edge above the middle.
     """
     one, other = walls.ends[:, :2], walls.ends[:, 2:]
-    parts = np.ceil(np.hypot(*(other - one).T) / LONGEST_M).astype(np.int64)
+    parts = np.ceil(elementwise.hypot(*(other - one).T) / LONGEST_M).astype(np.int64)
     row = np.repeat(np.arange(len(walls)), parts)
     number = np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)
     begin, end = (one[row] + ((number + step) / parts[row])[:, None] * (other - one)[row] for step in (0, 1))

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.formats.lux_scan_message import (
     CM_PER_M,
@@ -43,7 +44,7 @@ def scan_messages(scan: Scan, rig: Rig, number: int = 0, *, sweep: bool = True) 
     messages = []
     for u, mount in enumerate(rig.mounts):
         rows = np.flatnonzero(scan.unit == u)
-        points = (scan.points_ego[rows] - units.origin_ego[u]) @ units.R_ego_unit[u]
+        points = elementwise.product(scan.points_ego[rows] - units.origin_ego[u], units.R_ego_unit[u])
         messages.append(_message(scan, rows, points, _header(scan, mount, number, len(rows), sweep)))
     return messages
 
@@ -66,13 +67,16 @@ def points_unit(message: LuxMessage, layer_elevation_deg: tuple[float, ...]) -> 
     azimuth = np.deg2rad(message.azimuth_ticks / TICKS_PER_DEG)
     elevation = np.deg2rad(np.array(layer_elevation_deg))[message.layer]
     distance = message.range_cm / CM_PER_M
-    level = distance * np.cos(elevation)
-    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), distance * np.sin(elevation)], axis=1)
+    level = distance * elementwise.cos(elevation)
+    return np.stack(
+        [level * elementwise.cos(azimuth), level * elementwise.sin(azimuth), distance * elementwise.sin(elevation)],
+        axis=1,
+    )
 
 
 def _message(scan: Scan, rows: Ints, points: Floats, header: LuxHeader) -> LuxMessage:
     """Return the message of one unit with points (N, 3) in its frame, in firing order."""
-    ticks = np.rint(np.rad2deg(np.arctan2(points[:, 1], points[:, 0])) * TICKS_PER_DEG)
+    ticks = np.rint(np.rad2deg(elementwise.atan2(points[:, 1], points[:, 0])) * TICKS_PER_DEG)
     distance = np.rint(np.linalg.norm(points, axis=1) * CM_PER_M)
     width = np.rint(scan.echo_pulse_width[rows].astype(np.float64) * CM_PER_M)
     for name, values in (("range", distance), ("echo_pulse_width", width)):

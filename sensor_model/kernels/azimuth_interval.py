@@ -2,6 +2,7 @@
 
 import math
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 
@@ -11,7 +12,7 @@ def body_interval(
     bounds: Floats, motion: Floats, a: int, margin: float, origin: Floats, rotation: Floats, x: Floats, y: Floats
 ) -> tuple[float, float]:
     """Return the lowest and highest azimuth of body a's box enlarged by a margin; `x` and `y` (8,) are work arrays."""
-    cos, sin = math.cos(motion[a, 2]), math.sin(motion[a, 2])
+    cos, sin = elementary.cos(motion[a, 2]), elementary.sin(motion[a, 2])
     for i in range(8):
         front, left, top = i & 1, (i >> 1) & 1, (i >> 2) & 1
         bx = bounds[a, front, 0] + (2 * front - 1) * margin
@@ -27,7 +28,7 @@ def wall_interval(
 ) -> tuple[float, float]:
     """Return the same of a box around wall w enlarged by a margin."""
     ex, ey = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
-    ux, uy = margin * ex / math.hypot(ex, ey), margin * ey / math.hypot(ex, ey)
+    ux, uy = margin * ex / elementary.hypot(ex, ey), margin * ey / elementary.hypot(ex, ey)
     for i in range(8):
         far, left, top = i & 1, (i >> 1) & 1, (i >> 2) & 1
         along, across = 2 * far - 1, 2 * left - 1
@@ -59,8 +60,8 @@ def _hull_interval(x: Floats, y: Floats) -> tuple[float, float]:
         low, high, behind = min(low, aside / ahead), max(high, aside / ahead), behind or ahead <= 0.0
     if behind:
         return _wide_interval(x, y, cx, cy)
-    centre = math.atan2(cy, cx)
-    return centre + math.atan(low), centre + math.atan(high)
+    centre = elementary.atan2(cy, cx)
+    return centre + elementary.atan(low), centre + elementary.atan(high)
 
 
 @kernel()
@@ -68,9 +69,9 @@ def _wide_interval(x: Floats, y: Floats, cx: float, cy: float) -> tuple[float, f
     """Return the same if a point is more than a right angle away from the mean direction (cx, cy)."""
     low, high = 0.0, 0.0
     for i in range(8):
-        turned = math.atan2(cx * y[i] - cy * x[i], cx * x[i] + cy * y[i])
+        turned = elementary.atan2(cx * y[i] - cy * x[i], cx * x[i] + cy * y[i])
         low, high = min(low, turned), max(high, turned)
     if high - low >= math.pi or (cx == 0.0 and cy == 0.0):
         return -math.inf, math.inf
-    centre = math.atan2(cy, cx)
+    centre = elementary.atan2(cy, cx)
     return centre + low, centre + high

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.philox import Key, philox, uniform
@@ -34,7 +35,7 @@ def cluster_echoes(
     longest = 0.0
     for b in range(len(time)):
         longest = max(longest, abs(time[b]))
-    margin = longest * math.hypot(velocity[0], velocity[1])  # of a unit since the frame's time
+    margin = longest * elementary.hypot(velocity[0], velocity[1])  # of a unit since the frame's time
     for c in range(len(centre)):
         for f in range(len(fan_unit)):
             u = fan_unit[f]
@@ -78,10 +79,10 @@ def _beams_near(to: Floats, reach: float, azimuth: Floats, count: int, turn: int
 
     `to` is in the unit's frame, `azimuth` (2,) is the fan's first azimuth and negative step, `count` its beams per row.
     """
-    away = math.hypot(to[0], to[1])
+    away = elementary.hypot(to[0], to[1])
     if away <= reach:
         return (0, count) if turn == 0 else (0, 0)
-    half, middle = math.asin(reach / away), math.atan2(to[1], to[0]) + 2.0 * math.pi * turn
+    half, middle = elementary.asin(reach / away), elementary.atan2(to[1], to[0]) + 2.0 * math.pi * turn
     begin = math.ceil((middle + half - azimuth[0]) / azimuth[1])
     end = math.floor((middle - half - azimuth[0]) / azimuth[1]) + 1
     return max(0, int(begin)), min(count, int(end))

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.azimuth_interval import body_interval, wall_interval
@@ -38,7 +39,7 @@ def body_intervals(
         radius = _radius(bounds, a)
         margin = passed + abs(motion[a, 7]) * time * radius
         margin += _distance_moved(motion[a, 3], motion[a, 4], motion[a, 5], motion[a, 6], time)
-        if math.hypot(motion[a, 0] - origin[0], motion[a, 1] - origin[1]) - radius - margin < reach:
+        if elementary.hypot(motion[a, 0] - origin[0], motion[a, 1] - origin[1]) - radius - margin < reach:
             low, high = body_interval(bounds, motion, a, margin, origin, rotation, x, y)
             interval[a, 0], interval[a, 1] = low - turned - half_width, high + turned + half_width
 
@@ -80,7 +81,7 @@ def rig_reach(origin: Floats, reach: Floats, time: float, drive: EgoDrive) -> fl
     farthest = 0.0
     for u in range(len(reach)):
         passed, _ = _unit_motion(drive, origin[u], time)
-        farthest = max(farthest, math.hypot(origin[u, 0], origin[u, 1]) + passed + reach[u])
+        farthest = max(farthest, elementary.hypot(origin[u, 0], origin[u, 1]) + passed + reach[u])
     return farthest
 
 
@@ -112,19 +113,19 @@ def _unit_motion(drive: EgoDrive, origin: Floats, time: float) -> tuple[float, f
     """Return upper bounds of a unit's translation [m] and rotation [rad] with the ego in a time."""
     turned = abs(drive.yaw_rate) * time
     distance = _distance_moved(drive.vx, drive.vy, drive.ax, drive.ay, time)
-    return distance + turned * math.hypot(origin[0], origin[1]), turned
+    return distance + turned * elementary.hypot(origin[0], origin[1]), turned
 
 
 @kernel()
 def _distance_moved(vx: float, vy: float, ax: float, ay: float, time: float) -> float:
     """Return an upper bound of the distance moved in a time [m]."""
-    return math.hypot(vx, vy) * time + 0.5 * math.hypot(ax, ay) * time * time
+    return elementary.hypot(vx, vy) * time + 0.5 * elementary.hypot(ax, ay) * time * time
 
 
 @kernel()
 def _radius(bounds: Floats, a: int) -> float:
     """Return the radius of the circle around the origin that holds box a in plan."""
-    return math.hypot(max(-bounds[a, 0, 0], bounds[a, 1, 0]), max(-bounds[a, 0, 1], bounds[a, 1, 1]))
+    return elementary.hypot(max(-bounds[a, 0, 0], bounds[a, 1, 0]), max(-bounds[a, 0, 1], bounds[a, 1, 1]))
 
 
 @kernel()
@@ -133,4 +134,4 @@ def _wall_distance(ends: Floats, w: int, origin: Floats) -> float:
     ex, ey = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
     gx, gy = ends[w, 0] - origin[0], ends[w, 1] - origin[1]
     along = min(1.0, max(0.0, -(gx * ex + gy * ey) / (ex * ex + ey * ey)))
-    return math.hypot(gx + along * ex, gy + along * ey)
+    return elementary.hypot(gx + along * ex, gy + along * ey)

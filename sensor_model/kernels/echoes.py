@@ -5,6 +5,7 @@ Samples are those of `records.Samples`; echoes are columns of `echo` and `echo_i
 
 import math
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import POWER, RANGE, SURFACE, TARGET, WIDTH, Receiver
@@ -48,7 +49,7 @@ def find_strong_echo(
         same &= sample_id[TARGET, i] == sample_id[TARGET, begin]
     if not same or weakest < threshold or farthest >= nearest + receiver.pulse_length:
         return False
-    growth = receiver.pulse_growth * 10.0 * math.log10(total / threshold)
+    growth = receiver.pulse_growth * 10.0 * elementary.log10(total / threshold)
     echo[RANGE, beam, 0], echo[POWER, beam, 0] = nearest, total
     echo[WIDTH, beam, 0] = farthest + receiver.pulse_length - nearest + growth
     echo_id[TARGET, beam, 0], echo_id[SURFACE, beam, 0] = sample_id[TARGET, begin], sample_id[SURFACE, begin]
@@ -107,7 +108,7 @@ def find_echoes(
         if above:
             echo[POWER, beam, used - 1] = max(echo[POWER, beam, used - 1], total)
     for e in range(used):
-        echo[WIDTH, beam, e] += receiver.pulse_growth * 10.0 * math.log10(echo[POWER, beam, e] / threshold)
+        echo[WIDTH, beam, e] += receiver.pulse_growth * 10.0 * elementary.log10(echo[POWER, beam, e] / threshold)
     return used, highest, where
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.motion import ego_at
@@ -76,5 +77,5 @@ def _rotated(rotation: Floats, v: Floats) -> Vector:
 @kernel()
 def _turn(v: Vector, yaw: float) -> Vector:
     """Rotate a vector about z."""
-    cos, sin = math.cos(yaw), math.sin(yaw)
+    cos, sin = elementary.cos(yaw), elementary.sin(yaw)
     return cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.philox import Key, philox, uniform
@@ -109,11 +110,11 @@ def rare_beams(key: Key, frame: int, purpose: int, unit_beam: Ints, rate: float)
     """
     found = np.empty(unit_beam[-1], np.int64)
     count = 0
-    missed = math.log1p(-rate) if rate < 1.0 else -math.inf
+    missed = elementary.log1p(-rate) if rate < 1.0 else -math.inf
     for u in range(len(unit_beam) - 1):
         beam, draw = unit_beam[u], 0
         while True:
-            gap = np.floor(math.log(_uniform(key, frame, u, draw, purpose)) / missed)
+            gap = np.floor(elementary.log(_uniform(key, frame, u, draw, purpose)) / missed)
             if beam + gap >= unit_beam[u + 1]:
                 break
             found[count] = beam + int(gap)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import OutlinedBodies
@@ -66,7 +67,9 @@ def count_on_faces(
         Least cosine between the normals and the face's.
     """
     pose, planes, turn, pivot, first_edge, edges = bodies
-    cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    cos, sin = np.empty(len(pose)), np.empty(len(pose))
+    for a in range(len(pose)):
+        cos[a], sin[a] = elementary.cos(pose[a, 2]), elementary.sin(pose[a, 2])
     count = np.zeros((len(pose), 4), np.int64)
     for i in range(len(target)):
         a, q, u = target[i], surface[i], unit[i]

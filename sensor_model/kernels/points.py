@@ -1,9 +1,8 @@
 """Positions and directions of echoes in the frames of the bodies they are on."""
 
-import math
-
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.motion import body_at, ego_at
@@ -45,11 +44,11 @@ def points_on_bodies(
         left = ce * (R[1, 0] * ca + R[1, 1] * sa) + se * R[1, 2]
         up = ce * (R[2, 0] * ca + R[2, 1] * sa) + se * R[2, 2]
         x, y = units.origin[u, 0] + distance[e] * forward, units.origin[u, 1] + distance[e] * left
-        cos, sin = math.cos(drive.yaw_rate * t), math.sin(drive.yaw_rate * t)
+        cos, sin = elementary.cos(drive.yaw_rate * t), elementary.sin(drive.yaw_rate * t)
         (ego_x, ego_y), (body_x, body_y) = ego_at(drive, t), body_at(motion, a, t)
         dx, dy = ego_x + cos * x - sin * y - body_x, ego_y + sin * x + cos * y - body_y
         forward, left = cos * forward - sin * left, sin * forward + cos * left
-        cos, sin = math.cos(motion[a, 2] + motion[a, 7] * t), math.sin(motion[a, 2] + motion[a, 7] * t)
+        cos, sin = elementary.cos(motion[a, 2] + motion[a, 7] * t), elementary.sin(motion[a, 2] + motion[a, 7] * t)
         points[0, e, 0], points[0, e, 1] = cos * dx + sin * dy, cos * dy - sin * dx
         points[0, e, 2] = units.origin[u, 2] + distance[e] * up
         points[1, e, 0], points[1, e, 1] = cos * forward + sin * left, cos * left - sin * forward

@@ -2,6 +2,7 @@
 
 import math
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import RoughPlanes
@@ -34,7 +35,9 @@ def shift_to_relief(
         x, y = straight_point(points[e, 0], points[e, 1], turn[q], pivot[q])
         height = 0.0
         for w in range(waves.shape[1]):
-            height += math.cos(waves[a, w, 0] * x + waves[a, w, 1] * y + waves[a, w, 2] * points[e, 2] + waves[a, w, 3])
+            height += elementary.cos(
+                waves[a, w, 0] * x + waves[a, w, 1] * y + waves[a, w, 2] * points[e, 2] + waves[a, w, 3]
+            )
         cosine = 0.0
         for axis in range(3):
             cosine -= normals[q, axis] * direction[e, axis]

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.culling import azimuths_in_fan, body_intervals, wall_intervals
@@ -91,10 +92,10 @@ def _sort_near_to_far(rows: Ints, motion: Floats, origin: Floats) -> None:
     """Sort the rows of bodies by the distance of their bodies from a unit, so that near ones hide far ones early."""
     for end in range(1, len(rows)):  # insertion sort: few rows, and numpy's sort takes seconds to compile
         a, first, stop = rows[end, 0], rows[end, 1], rows[end, 2]
-        distance, row = math.hypot(motion[a, 0] - origin[0], motion[a, 1] - origin[1]), end
+        distance, row = elementary.hypot(motion[a, 0] - origin[0], motion[a, 1] - origin[1]), end
         while row > 0:
             before = rows[row - 1, 0]
-            if math.hypot(motion[before, 0] - origin[0], motion[before, 1] - origin[1]) <= distance:
+            if elementary.hypot(motion[before, 0] - origin[0], motion[before, 1] - origin[1]) <= distance:
                 break
             for column in range(3):
                 rows[row, column] = rows[row - 1, column]

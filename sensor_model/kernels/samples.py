@@ -1,7 +1,6 @@
 """Light that returns along the rays of beams: samples of range and power."""
 
-import math
-
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.records import (
@@ -78,7 +77,7 @@ def _append(
     target: int, surface: int, r: float, sent: float, extinction: float, value: Floats, ids: Ints, count: int
 ) -> int:
     """Append a sample; return the number of samples."""
-    air = math.exp(-2.0 * extinction * r) if extinction > 0.0 else 1.0
+    air = elementary.exp(-2.0 * extinction * r) if extinction > 0.0 else 1.0
     value[RANGE, count], value[POWER, count] = r, sent / (r * r) * air
     ids[TARGET, count], ids[SURFACE, count] = target, surface
     return count + 1

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 from luxloop.sensor_model.kernels.ground_hits import terrain_hit
@@ -104,7 +105,7 @@ def _intersect_bodies(
             if _misses_circle(-x, -y, dx, dy, around_body, nearest[g]):
                 continue
             yaw = motion[a, 2] + motion[a, 7] * time[g]
-            cos, sin = math.cos(yaw), math.sin(yaw)
+            cos, sin = elementary.cos(yaw), elementary.sin(yaw)
             x, y, z = cos * x + sin * y, cos * y - sin * x, origin[g, 2]
             dx, dy, dz = cos * dx + sin * dy, cos * dy - sin * dx, direction[g, 2]
             for p in range(body_solid[a], body_solid[a + 1]):

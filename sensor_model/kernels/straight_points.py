@@ -1,7 +1,6 @@
 """Removal of articulation from points and vectors in the frame of a body."""
 
-import math
-
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 
@@ -11,7 +10,7 @@ def turned(x: float, y: float, angle: float) -> tuple[float, float]:
     """Rotate a vector about z, counter-clockwise [rad]."""
     if angle == 0.0:  # as of most planes
         return x, y
-    cos, sin = math.cos(angle), math.sin(angle)
+    cos, sin = elementary.cos(angle), elementary.sin(angle)
     return cos * x - sin * y, sin * x + cos * y
 
 

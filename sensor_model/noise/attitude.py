@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 
@@ -99,10 +100,13 @@ class Attitude:
         pitch_deg = config.pitch_deg + share * config.pitch_sigma_deg * self._wave(0, time)
         roll_deg = config.roll_deg + share * config.roll_sigma_deg * self._wave(1, time)
         pitch, roll = math.radians(pitch_deg), math.radians(roll_deg)
-        (cp, sp), (cr, sr) = (math.cos(pitch), math.sin(pitch)), (math.cos(roll), math.sin(roll))
+        (cp, sp), (cr, sr) = (
+            (elementary.cos(pitch), elementary.sin(pitch)),
+            (elementary.cos(roll), elementary.sin(roll)),
+        )
         return np.array([[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]])
 
     def _wave(self, axis: int, time: float) -> float:
         """Return the value of the axis' process, which has variance 1."""
         rate, phase = self._waves[axis]
-        return float(np.sqrt(2.0 / _COSINES) * np.cos(rate * time + phase).sum())
+        return float(np.sqrt(2.0 / _COSINES) * elementwise.cos(rate * time + phase).sum())

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 from luxloop.sensor_model.rig.beams import UnitTable
@@ -78,7 +79,7 @@ def true_mounts(config: CalibrationError, units: UnitTable, draws: Draws) -> tup
     shift = normal[:, :3] * (config.xy_sigma_m, config.xy_sigma_m, config.z_sigma_m)
     turn_deg = normal[:, 3:] * (config.yaw_sigma_deg, config.pitch_sigma_deg, config.roll_sigma_deg)
     R_nominal_true = scipy.spatial.transform.Rotation.from_euler("ZYX", turn_deg, degrees=True).as_matrix()
-    return units.origin_ego + shift, units.R_ego_unit @ R_nominal_true
+    return units.origin_ego + shift, elementwise.product(units.R_ego_unit, R_nominal_true)
 
 
 def sync_jitter(config: CalibrationError, units: int, frame: int, draws: Draws) -> Floats:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.kernels.noise import separate_echoes
 from luxloop.sensor_model.noise.thresholds import Thresholds
@@ -97,7 +98,7 @@ def point_width(beam: Ints, power: Floats, threshold: Floats, beams: BeamTable) 
     threshold
         (B,) minimum power of an echo in each beam; above the power in a beam that is blind to surfaces.
     """
-    over_db = 10.0 * np.log10(np.maximum(power / threshold[beam], 1.0))
+    over_db = 10.0 * elementwise.log10(np.maximum(power / threshold[beam], 1.0))
     unit = beams.unit[beam]
     width: Floats = beams.units.pulse_length[unit] + beams.units.pulse_growth[unit] * over_db
     return width
@@ -110,7 +111,7 @@ def unit_beams(beams: BeamTable) -> Ints:
 
 def unit_directions(beams: BeamTable) -> Floats:
     """Return (B, 3) unit vectors along the beams in the frames of their units."""
-    directions: Floats = np.einsum("bji,bj->bi", beams.units.R_ego_unit[beams.unit], beams.direction_ego)
+    directions: Floats = elementwise.product(beams.direction_ego[:, None], beams.units.R_ego_unit[beams.unit])[:, 0]
     return directions
 
 

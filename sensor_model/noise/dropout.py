@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats
 from luxloop.sensor_model.kernels.noise import TABLE_BITS, soft_thresholds
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
@@ -46,8 +46,8 @@ class Sensitivity:
         self._beams = beams
         self._draws = draws
         quantile = (np.arange(2**TABLE_BITS) + 0.5) / 2**TABLE_BITS
-        logistic_db = config.softness_db / _LOGISTIC_10_TO_90 * scipy.special.logit(quantile)
-        self._factor: Floats = 10.0 ** (logistic_db / 10.0)
+        logistic_db = config.softness_db / _LOGISTIC_10_TO_90 * elementwise.log(quantile / (1.0 - quantile))
+        self._factor: Floats = elementwise.exp(elementary.LN_10 * logistic_db / 10.0)
 
     def threshold(self, frame: int) -> tuple[Floats, Bools]:
         """Return the (B,) threshold of each beam in a frame [1/m^2], and the (B,) mask of beams lost at random."""

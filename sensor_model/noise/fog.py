@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.noise.clutter_mixing import Clutter, droplets
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
@@ -51,7 +52,7 @@ def extinction(config: Fog) -> float:
     905 nm and for visible light, since droplets of fog are larger than both. At a visibility of 50 m a plate of 10 % is
     lost at 17.5 m instead of 50 m.
     """
-    return math.log(20.0) / config.visibility_m if config.enabled else 0.0
+    return elementary.log(20.0) / config.visibility_m if config.enabled else 0.0
 
 
 class FogEchoes:
@@ -87,8 +88,8 @@ def echo_by(config: Fog, beams: BeamTable) -> Floats:
     range_ = NEAR_M + (np.arange(_CELLS) + 0.5) * length
     backscatter = BACKSCATTER / config.visibility_m
     mean = math.pi * backscatter * length * beams.gain[:, None] / range_**2
-    mean *= np.exp(-2.0 * extinction(config) * range_)
+    mean *= elementwise.exp(-2.0 * extinction(config) * range_)
     with np.errstate(divide="ignore"):  # no gain: no echo
-        echo = scipy.special.ndtr(np.log(mean / threshold) / PATCHINESS)
+        echo = scipy.special.ndtr(elementwise.log(mean / threshold) / PATCHINESS)
     probability: Floats = 1.0 - np.cumprod(1.0 - echo, axis=1)
     return probability

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.kernels.mirrors import bright_mirrors
@@ -97,7 +98,7 @@ class Mirrors:
         met = cast(beam, ray[:, :3], ray[:, 3:6], reach)
         range_ = np.minimum(returns.range[row] + met.range, _FAR_M)
         power = ray[:, 6] ** 2 * met.reflectivity * met.cosine * self._beams.gain[beam] / range_**2
-        power *= np.exp(-2.0 * context.extinction * range_)
+        power *= elementwise.exp(-2.0 * context.extinction * range_)
         seen = np.flatnonzero((power >= context.threshold[beam]) & (range_ < _FAR_M))
         return _clutter(beam[seen], range_[seen], power[seen], context, self._beams)
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from luxloop import elementary
 from luxloop.arrays import Bools
 from luxloop.sensor_model.kernels import noise as kernels
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
@@ -60,7 +61,7 @@ def transitions(config: Outage) -> tuple[float, float]:
     b = 1 / mean_outage_s, after TICK_S: a / (a + b) (1 - exp(-(a + b) TICK_S)), and the same with b.
     """
     a, b = 1.0 / config.mean_uptime_s, 1.0 / config.mean_outage_s
-    mixed = -math.expm1(-(a + b) * TICK_S) / (a + b)
+    mixed = -elementary.expm1(-(a + b) * TICK_S) / (a + b)
     return a * mixed, b * mixed
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
 
@@ -36,5 +37,5 @@ def gross_error(config: Outliers, beam: Ints, place: Ints, draws: Draws, frame: 
     outlier = by_chance < config.rate
     side = where[outlier] - 0.5
     error = np.zeros(len(beam))
-    error[outlier] = -config.scale_m * np.sign(side) * np.log1p(-2.0 * np.abs(side))
+    error[outlier] = -config.scale_m * np.sign(side) * elementwise.log1p(-2.0 * np.abs(side))
     return error, outlier

@@ -2,8 +2,7 @@
 
 import math
 
-import numpy as np
-
+from luxloop import elementwise
 from luxloop.arrays import Ints
 from luxloop.sensor_model.kernels.noise import rare_beams
 from luxloop.sensor_model.noise.clutter_mixing import Clutter, droplets, unit_beams
@@ -39,5 +38,5 @@ def falling_echoes(
         Purposes of the draws of beams, ranges, and labels with powers.
     """
     beam: Ints = rare_beams(draws.key, frame, int(purposes[0]), unit_beams(beams), rate)
-    range_ = np.exp(log_range[0] + log_range[1] * draws.normal(frame, beam, purposes[1]))
+    range_ = elementwise.exp(log_range[0] + log_range[1] * draws.normal(frame, beam, purposes[1]))
     return droplets(beam, range_, cause, labelled, draws.uniform(frame, beam, purposes[2]), beams, thresholds)

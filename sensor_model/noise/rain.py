@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from luxloop import elementary
 from luxloop.sensor_model.noise.clutter_mixing import Clutter
 from luxloop.sensor_model.noise.precipitation import falling_echoes, per_metre
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
@@ -56,7 +57,7 @@ def extinction(config: Rain) -> float:
     """
     if not config.enabled:
         return 0.0
-    return per_metre(1.076 * config.rate_mm_per_h**0.67)
+    return per_metre(1.076 * elementary.power(config.rate_mm_per_h, 0.67))
 
 
 def drops(config: Rain, beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int) -> Clutter:

@@ -9,6 +9,7 @@ from enum import IntEnum
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.kernels.noise import beam_pairs, counter_pairs
 from luxloop.sensor_model.rig.beams import BeamTable
@@ -90,5 +91,5 @@ class Draws:
 
 def _normal(uniform: Floats) -> Floats:
     """Return (N,) standard normal numbers from (2, N) uniform ones, by Box and Muller (1958)."""
-    normal: Floats = np.sqrt(-2.0 * np.log(uniform[0])) * np.cos(2.0 * np.pi * uniform[1])
+    normal: Floats = np.sqrt(-2.0 * elementwise.log(uniform[0])) * elementwise.cos(2.0 * np.pi * uniform[1])
     return normal

@@ -45,9 +45,9 @@ def range_error(
     """
     unit = beams.unit.take(beam)
     near, far = beams.units.range_sigma.take(unit) ** 2, beams.units.range_sigma_far.take(unit) ** 2
-    share = np.minimum(true_range / beams.units.reference_range.take(unit), 1.0) ** 4
+    share = np.minimum(true_range / beams.units.reference_range.take(unit), 1.0) ** 2
     error = draws.normal(frame, beam, Purpose.RANGE, place)
-    error *= config.sigma_scale * np.sqrt(near + (far - near) * share)
+    error *= config.sigma_scale * np.sqrt(near + (far - near) * share**2)
     error += config.layer_bias_scale * beams.layer_bias.take(beam)
     return error
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from luxloop import elementary
 from luxloop.sensor_model.noise.clutter_mixing import Clutter
 from luxloop.sensor_model.noise.precipitation import falling_echoes, per_metre
 from luxloop.sensor_model.noise.random_draws import Draws, Purpose
@@ -42,7 +43,7 @@ def extinction(config: Snow) -> float:
     """
     if not config.enabled:
         return 0.0
-    return per_metre(5.54 * config.rate_mm_per_h**1.38)
+    return per_metre(5.54 * elementary.power(config.rate_mm_per_h, 1.38))
 
 
 def flakes(config: Snow, beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int) -> Clutter:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.kernels.clusters import cluster_echoes
@@ -93,13 +94,13 @@ def clusters(config: Spray, bodies: Bodies, name: npt.NDArray[np.str_], draws: D
     """
     found = [
         _wake(config, bodies, int(row), actor_key(str(name[row])), draws, time)
-        for row in np.flatnonzero(np.hypot(*bodies.velocity_ego.T) * _KM_PER_H > _SLOWEST_KM_PER_H)
+        for row in np.flatnonzero(elementwise.hypot(*bodies.velocity_ego.T) * _KM_PER_H > _SLOWEST_KM_PER_H)
     ]
     centre = np.concatenate([np.empty((0, 3)), *(wake.centre_ego for wake in found)])
     radius = np.concatenate([np.empty(0), *(wake.radius for wake in found)])
     share = np.concatenate([np.empty(0), *(wake.share for wake in found)])
     tag = np.concatenate([np.empty(0, dtype=np.int64), *(wake.tag for wake in found)])
-    near = np.hypot(centre[:, 0], centre[:, 1]) < config.reach_m
+    near = elementwise.hypot(centre[:, 0], centre[:, 1]) < config.reach_m
     return Clusters(centre[near], radius[near], share[near], tag[near])
 
 
@@ -142,7 +143,7 @@ def _wake(config: Spray, bodies: Bodies, row: int, key: int, draws: Draws, time:
     """Return the clusters of one vehicle, drawn by its key, time of birth and number."""
     key &= 0xFFFFFFFF  # a word of the counter
     velocity, acceleration = bodies.velocity_ego[row], bodies.acceleration_ego[row]
-    speed = math.hypot(*velocity)
+    speed = elementary.hypot(*velocity)
     excess = speed * _KM_PER_H - _SLOWEST_KM_PER_H
     lasting = 0.02 * config.water_film_mm * excess + 0.2
     birth = np.arange(math.ceil((time - _LIFE * lasting) / CYCLE_S), math.floor(time / CYCLE_S) + 1)
@@ -155,9 +156,11 @@ def _wake(config: Spray, bodies: Bodies, row: int, key: int, draws: Draws, time:
     height, tag = draws.uniform_of(birth, number, key, Purpose.SPRAY_HEIGHT)
     size = draws.normal_of(birth, number, key, Purpose.SPRAY_RADIUS)
     age = time - birth * CYCLE_S
-    behind = bodies.bounds[row, 0, 0] - along * speed * CYCLE_S + np.log1p(_DRAG_PER_M * speed * age) / _DRAG_PER_M
+    behind = (
+        bodies.bounds[row, 0, 0] - along * speed * CYCLE_S + elementwise.log1p(_DRAG_PER_M * speed * age) / _DRAG_PER_M
+    )
     beside = (across - 0.5) * _PLUME_WIDTH_M
-    cos, sin = math.cos(bodies.pose_ego[row, 2]), math.sin(bodies.pose_ego[row, 2])
+    cos, sin = elementary.cos(bodies.pose_ego[row, 2]), elementary.sin(bodies.pose_ego[row, 2])
     then = bodies.pose_ego[row, :2] - age[:, None] * velocity + age[:, None] ** 2 / 2.0 * acceleration
     centre = np.column_stack(
         [
@@ -166,5 +169,7 @@ def _wake(config: Spray, bodies: Bodies, row: int, key: int, draws: Draws, time:
             bodies.ground_z[row] + height * _PLUME_HEIGHT_M,
         ]
     )
-    radius = np.minimum(np.exp(_RADIUS_LOG_MEAN + _RADIUS_LOG_SIGMA * size), _RADIUS_MAX_M)
-    return Clusters(centre, radius, config.echo_share * np.exp(-age / lasting), (tag * 2.0**32).astype(np.int64))
+    radius = np.minimum(elementwise.exp(_RADIUS_LOG_MEAN + _RADIUS_LOG_SIGMA * size), _RADIUS_MAX_M)
+    return Clusters(
+        centre, radius, config.echo_share * elementwise.exp(-age / lasting), (tag * 2.0**32).astype(np.int64)
+    )

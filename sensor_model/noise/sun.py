@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Bools
 from luxloop.sensor_model.rig.beams import BeamTable
 
@@ -36,13 +37,13 @@ class Glare:
 
     def __init__(self, config: Sun, beams: BeamTable) -> None:
         self._azimuth = np.deg2rad(config.azimuth_deg)
-        self._narrowest = np.cos(np.deg2rad(config.half_width_deg))
+        self._narrowest = elementwise.cos(np.deg2rad(config.half_width_deg))
         horizontal = beams.direction_ego[:, :2]
         self._heading_ego = horizontal / np.linalg.norm(horizontal, axis=1, keepdims=True)
 
     def sunlit(self, ego_yaw_world: float) -> Bools:
         """Return the (B,) mask of beams within the half width of the sun, for a heading of the ego [rad]."""
         towards_ego = self._azimuth - ego_yaw_world
-        sun_ego = np.array([np.cos(towards_ego), np.sin(towards_ego)])
-        sunlit: Bools = self._heading_ego @ sun_ego >= self._narrowest
+        sun_ego = np.array([elementwise.cos(towards_ego), elementwise.sin(towards_ego)])
+        sunlit: Bools = elementwise.product(self._heading_ego, sun_ego) >= self._narrowest
         return sunlit

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
+from luxloop import elementwise
 from luxloop.arrays import Bytes, Floats, Ints
 from luxloop.sensor_model.rig.rig import Mount, Rig
 from luxloop.sensor_model.rig.unit import Fan, UnitModel
@@ -124,7 +125,9 @@ def beam_table(rig: Rig) -> BeamTable:
         gain=np.concatenate([_gain(mount.model, fan) for _, mount, fan, _ in rows]),
         layer_bias=np.repeat([mount.model.layer_bias_m[layer] for _, mount, _, layer in rows], beams),
         layer_pulse_bias=np.repeat([mount.model.layer_pulse_bias_m[layer] for _, mount, _, layer in rows], beams),
-        direction_ego=np.einsum("bij,bj->bi", units.R_ego_unit[unit], _unit_vector(azimuth, elevation)),
+        direction_ego=elementwise.product(units.R_ego_unit[unit], _unit_vector(azimuth, elevation)[:, :, None])[
+            :, :, 0
+        ],
         row_beam=np.cumsum([0, *beams], dtype=np.int64),
         fan_unit=np.array([unit for unit, _, _ in fans], dtype=np.int64),
         fan_row=np.cumsum([0, *(len(fan.layers) for _, _, fan in fans)], dtype=np.int64),
@@ -183,7 +186,7 @@ def _azimuth(fan: Fan) -> Floats:
 
 def _elevation(model: UnitModel, fan: Fan, layer: int) -> Floats:
     """Return (K,) elevations of one layer's beams [rad]."""
-    tilted = -np.sqrt(2.0) * np.sin(_azimuth(fan) / 2.0 - np.pi / 4.0) - 1.0
+    tilted = -np.sqrt(2.0) * elementwise.sin(_azimuth(fan) / 2.0 - np.pi / 4.0) - 1.0
     elevation: Floats = np.deg2rad(model.layer_elevation_deg[layer] + fan.tilt_deg * tilted)
     return elevation
 
@@ -197,5 +200,7 @@ def _gain(model: UnitModel, fan: Fan) -> Floats:
 
 def _unit_vector(azimuth: Floats, elevation: Floats) -> Floats:
     """Return (B, 3) directions in the unit's frame."""
-    cos = np.cos(elevation)
-    return np.stack([cos * np.cos(azimuth), cos * np.sin(azimuth), np.sin(elevation)], axis=1)
+    cos = elementwise.cos(elevation)
+    return np.stack(
+        [cos * elementwise.cos(azimuth), cos * elementwise.sin(azimuth), elementwise.sin(elevation)], axis=1
+    )

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import scipy
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats, Ints
 
 CHUNK = 400_000
@@ -54,8 +55,8 @@ def count_blocked(pose: Floats, size: Floats, counted: Bools, range_m: float) ->
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     x, y = (pose[pairs[:, 1], :2] - pose[pairs[:, 0], :2]).T
-    distance = np.maximum(np.hypot(x, y), 1e-9)
-    radius = 0.5 * np.hypot(*size.T)[pairs[:, 1]]
+    distance = np.maximum(elementwise.hypot(x, y), 1e-9)
+    radius = 0.5 * elementwise.hypot(*size.T)[pairs[:, 1]]
     count = np.bincount(pairs[:, 0], minlength=len(pose))
     first = np.cumsum(count) - count
     for line in _chunks(np.flatnonzero(counted[pairs[:, 1]]), count[pairs[:, 0]]):
@@ -94,7 +95,7 @@ def _intersects(end: Floats, centre: Floats, yaw: Floats, size: Floats) -> Bools
         (M,) [rad] and (M, 2) [m] of the boxes.
     """
     enter, leave = np.zeros(len(end)), np.ones(len(end))
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    cos, sin = elementwise.cos(yaw), elementwise.sin(yaw)
     for axis, (x, y) in enumerate(((cos, sin), (-sin, cos))):
         origin = -(centre[:, 0] * x + centre[:, 1] * y)
         direction = end[:, 0] * x + end[:, 1] * y

@@ -1,6 +1,5 @@
 """Format `commonroad`: recorded traffic in CommonRoad XML, version 2020a, read by commonroad-io."""
 
-import math
 import warnings
 from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.sim.commonroad.commonroad_checks import require_plausible_numbers
 from luxloop.sim.obstacles import Prism
@@ -107,7 +107,7 @@ def _track(obstacle: Any, states: list[tuple[int, Any]]) -> Floats:
                 f"obstacle {obstacle.obstacle_id} at time step {step}: position and orientation should be exact"
             )
         (x, y), yaw = state.position, float(state.orientation)
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        cos, sin = elementary.cos(yaw), elementary.sin(yaw)
         rows.append((step, x + forward * cos - aside * sin, y + forward * sin + aside * cos, yaw))
     return np.array(rows, dtype=np.float64)
 

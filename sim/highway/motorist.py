@@ -13,6 +13,7 @@ import numpy as np
 from highway_env.road.regulation import RegulatedRoad
 from highway_env.vehicle.behavior import IDMVehicle
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 from luxloop.sim.highway.environment import SIMULATION_HZ
 
@@ -84,16 +85,16 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
         """Return the steering angle [rad] to follow a lane."""
         ahead = np.array([max(PREVIEW_S * self.speed, PREVIEW_M)])
         ((lane, along),) = self._path_ahead(target_lane_index, ahead)
-        heading = np.array([math.cos(self.heading), math.sin(self.heading)])
+        heading = np.array([elementary.cos(self.heading), elementary.sin(self.heading)])
         aim = lane.position(along, 0) - (self.position - 0.5 * self.LENGTH * heading)
-        curvature = 2.0 * float(heading[0] * aim[1] - heading[1] * aim[0]) / float(aim @ aim)
+        curvature = 2.0 * float(heading[0] * aim[1] - heading[1] * aim[0]) / float(aim[0] ** 2 + aim[1] ** 2)
         square = max(self.speed, SLOW) ** 2
-        before = math.tan(self.action["steering"]) / self.LENGTH
+        before = elementary.tan(self.action["steering"]) / self.LENGTH
         curvature_max, curvature_step = LATERAL_ACCELERATION_MAX / square, LATERAL_JERK / square / SIMULATION_HZ
         curvature = float(
             np.clip(np.clip(curvature, -curvature_max, curvature_max), before - curvature_step, before + curvature_step)
         )
-        return math.atan(self.LENGTH * curvature)
+        return elementary.atan(self.LENGTH * curvature)
 
     def predict_trajectory_constant_speed(self, times: Floats) -> tuple[list[Floats], list[float]]:
         """Return positions (T, 2) and headings at `times` (T,) [s] ahead, along the path to be followed."""
@@ -126,9 +127,12 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
         way = np.array([lane.position(along, 0) for lane, along in self._path_ahead(self.target_lane_index, ahead)])
         blocked = np.zeros(len(way), np.bool_)
         for position, heading in resting:
-            offset, cos, sin = way - position, math.cos(heading), math.sin(heading)
-            beyond = np.abs(offset @ [[cos, -sin], [sin, cos]]) - (0.5 * self.LENGTH, 0.5 * self.WIDTH)
-            blocked |= np.hypot(*np.maximum(beyond, 0.0).T) < 0.5 * self.WIDTH + SIDE_GAP
+            offset, cos, sin = way - position, elementary.cos(heading), elementary.sin(heading)
+            beyond = np.abs(elementwise.product(offset, [[cos, -sin], [sin, cos]])) - (
+                0.5 * self.LENGTH,
+                0.5 * self.WIDTH,
+            )
+            blocked |= elementwise.hypot(*np.maximum(beyond, 0.0).T) < 0.5 * self.WIDTH + SIDE_GAP
         return float(ahead[blocked.argmax()] - ahead[0] - STOP_GAP) if blocked.any() else math.inf
 
     def _before_obstruction(self) -> float:
@@ -171,7 +175,9 @@ def _resting_pose(vehicle: Any) -> tuple[Floats, float] | None:
     if abs(vehicle.speed) > STANDING and deceleration < STOP_DECELERATION:
         return None
     way = 0.5 * vehicle.speed**2 / max(deceleration, STOP_DECELERATION)
-    return vehicle.position + way * np.array([math.cos(vehicle.heading), math.sin(vehicle.heading)]), vehicle.heading
+    return vehicle.position + way * np.array(
+        [elementary.cos(vehicle.heading), elementary.sin(vehicle.heading)]
+    ), vehicle.heading
 
 
 def _bend_speed(lane: Any, along: float) -> float:

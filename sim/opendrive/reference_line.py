@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 from luxloop.sim.xml_tree import XmlElement
 
@@ -42,7 +43,7 @@ class Clothoid:
         half = np.diff(edges)[:, None] / 2
         u = edges[:-1, None] + half * (1 + _NODES)
         heading = u * (self.curvature + self.slope * u / 2)
-        x, y = (float((half * _WEIGHTS * part).sum()) for part in (np.cos(heading), np.sin(heading)))
+        x, y = (float((half * _WEIGHTS * part).sum()) for part in (elementwise.cos(heading), elementwise.sin(heading)))
         return x, y, distance * (self.curvature + self.slope * distance / 2), self.bend(distance)
 
     def bend(self, distance: float) -> float:
@@ -66,10 +67,10 @@ class Cubics:
     def at(self, distance: float) -> tuple[float, float, float, float]:
         """Evaluate the polynomials and their derivatives."""
         p = float(np.interp(distance, self.length, self.parameter))
-        powers = np.array([[1.0, p, p * p, p**3], [0.0, 1.0, 2 * p, 3 * p * p], [0.0, 0.0, 2.0, 6 * p]])
-        (x, dx, ddx), (y, dy, ddy) = powers @ self.u, powers @ self.v
-        curvature = (dx * ddy - dy * ddx) / max(math.hypot(dx, dy), 1e-9) ** 3
-        return float(x), float(y), math.atan2(dy, dx), float(curvature)
+        powers = np.array([[1.0, p, p * p, p * p * p], [0.0, 1.0, 2 * p, 3 * p * p], [0.0, 0.0, 2.0, 6 * p]])
+        (x, dx, ddx), (y, dy, ddy) = elementwise.product(powers, self.u), elementwise.product(powers, self.v)
+        curvature = (dx * ddy - dy * ddx) / max(elementary.hypot(dx, dy), 1e-9) ** 3
+        return float(x), float(y), elementary.atan2(dy, dx), float(curvature)
 
     def bend(self, distance: float) -> float:
         """Return the curvature [1/m]."""
@@ -91,7 +92,7 @@ class Geometry:
     def at(self, s: float) -> tuple[float, float, float, float]:
         """Return x [m], y [m], heading [rad] and curvature [1/m] at a position `s` [m] along the reference line."""
         x, y, heading, curvature = self.shape.at(s - self.s)
-        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        cos, sin = elementary.cos(self.heading), elementary.sin(self.heading)
         return self.x + cos * x - sin * y, self.y + sin * x + cos * y, self.heading + heading, curvature
 
 
@@ -129,7 +130,9 @@ def _shape(element: XmlElement, length: float) -> Shape:
         case "poly3":
             v = np.array([element.number(power) for power in "abcd"])
             u = np.linspace(0.0, length, min(math.ceil(length / LINK_M), 100_000) + 2)
-            along = np.append(0.0, np.cumsum(np.hypot(np.diff(u), np.diff(np.polynomial.polynomial.polyval(u, v)))))
+            along = np.append(
+                0.0, np.cumsum(elementwise.hypot(np.diff(u), np.diff(np.polynomial.polynomial.polyval(u, v))))
+            )
             return Cubics(np.array([0.0, 1.0, 0.0, 0.0]), v, along, u)
         case _:
             raise element.error("is no geometry; use line, arc, spiral, poly3 or paramPoly3")

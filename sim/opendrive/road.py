@@ -1,9 +1,9 @@
 """A road of an OpenDRIVE file, with positions along it and across it."""
 
-import math
 from bisect import bisect_right
 from dataclasses import dataclass
 
+from luxloop import elementary
 from luxloop.sim.opendrive.lanes import LaneSection, Steps, read_sections, read_steps
 from luxloop.sim.opendrive.reference_line import Geometry, read_geometry
 from luxloop.sim.xml_tree import XmlElement
@@ -69,7 +69,7 @@ class Road:
     def pose(self, s: float, t: float) -> tuple[float, float, float, float]:
         """Return x [m], y [m], heading [rad] of the reference line and its curvature [1/m], at an offset t [m]."""
         x, y, heading, curvature = self._geometry(s).at(s)
-        return x - t * math.sin(heading), y + t * math.cos(heading), heading, curvature
+        return x - t * elementary.sin(heading), y + t * elementary.cos(heading), heading, curvature
 
     def _geometry(self, s: float) -> Geometry:
         return self.geometries[max(bisect_right(self.geometries, s, key=lambda one: one.s) - 1, 0)]

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from luxloop import elementary
 from luxloop.sim.opendrive.road import Road, read_road
 from luxloop.sim.xml_tree import XmlElement, read_xml
 
@@ -110,8 +111,8 @@ class RoadNetwork:
         )
         for _ in range(20):  # Newton's method on the distance along the reference line
             px, py, heading, curvature = road.pose(s, 0.0)
-            along = (x - px) * math.cos(heading) + (y - py) * math.sin(heading)
-            left = (y - py) * math.cos(heading) - (x - px) * math.sin(heading)
+            along = (x - px) * elementary.cos(heading) + (y - py) * elementary.sin(heading)
+            left = (y - py) * elementary.cos(heading) - (x - px) * elementary.sin(heading)
             s = min(max(s + along / max(1 - curvature * left, 0.2), 0.0), road.length)
         return road, s, left
 

@@ -2,6 +2,7 @@
 
 import math
 
+from luxloop import elementary
 from luxloop.sim.openscenario.storyboard import EntityCondition
 from luxloop.sim.openscenario.traveller import Traveller
 
@@ -46,7 +47,7 @@ def in_own_axes(one: Traveller, x: float, y: float) -> tuple[float, float]:
     """Return the distance [m] of a point ahead and to the left of a traveller's reference point."""
     own_x, own_y, yaw = one.pose
     dx, dy = x - own_x, y - own_y
-    return dx * math.cos(yaw) + dy * math.sin(yaw), dy * math.cos(yaw) - dx * math.sin(yaw)
+    return dx * elementary.cos(yaw) + dy * elementary.sin(yaw), dy * elementary.cos(yaw) - dx * elementary.sin(yaw)
 
 
 def signed_distance(test: EntityCondition, one: Traveller, other: Traveller) -> float | None:

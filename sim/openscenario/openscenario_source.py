@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.sim.frame_builder import FrameBuilder
 from luxloop.sim.kinematics import RawFrame, wrap_angle
 from luxloop.sim.missing_file import missing_file
@@ -136,7 +137,7 @@ class OpenScenarioSource:
         pose[:, :2] -= self.origin
         pose[:, 2] = wrap_angle(pose[:, 2])
         speed = np.array([travellers[name].speed for name in self._names()])
-        near = np.hypot(*(pose[:, :2] - pose[0, :2]).T) <= self._range + MARGIN
+        near = elementwise.hypot(*(pose[:, :2] - pose[0, :2]).T) <= self._range + MARGIN
         members: list[Member] = [self._members[name] for name in self._names()]
         return RawFrame([one for one, kept in zip(members, near, strict=True) if kept], pose[near], speed[near])
 

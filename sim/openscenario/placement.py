@@ -2,6 +2,7 @@
 
 import math
 
+from luxloop import elementary
 from luxloop.sim.opendrive.road import Road
 from luxloop.sim.opendrive.road_network import RoadNetwork
 from luxloop.sim.openscenario.storyboard import (
@@ -202,7 +203,7 @@ def point(place: Place, network: RoadNetwork, placed: dict[str, Traveller], sour
             return point(LanePlace(other.road.id, lane, s, place.left), network, placed, source)
         case RelativePlace():
             x, y, yaw = placed[place.entity].pose
-            cos, sin = math.cos(yaw), math.sin(yaw)
+            cos, sin = elementary.cos(yaw), elementary.sin(yaw)
             return x + cos * place.ahead - sin * place.left, y + sin * place.ahead + cos * place.left
 
 

@@ -1,9 +1,9 @@
 """Records of a storyboard, with all parameters and catalogs resolved."""
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 
+from luxloop import elementary
 from luxloop.sim.world import Kind
 from luxloop.sim.xml_tree import XmlElement
 
@@ -144,7 +144,7 @@ class TrajectoryAction:
             isinstance(one, WorldPlace)
             and isinstance(after, WorldPlace)
             and one.heading is not None
-            and (after.x - one.x) * math.cos(one.heading) + (after.y - one.y) * math.sin(one.heading) < 0
+            and (after.x - one.x) * elementary.cos(one.heading) + (after.y - one.y) * elementary.sin(one.heading) < 0
             for one, after in pairwise(self.places)
         )
 

@@ -4,6 +4,8 @@ import math
 from bisect import bisect_right
 from itertools import accumulate, pairwise
 
+from luxloop import elementary
+
 STANDING_M = 1e-6
 """[m] Shorter steps do not define a course."""
 
@@ -91,7 +93,7 @@ class Trajectory:
 
     def _is_backwards(self, segment: int) -> bool:
         heading = self._vertices[segment][2]
-        return heading is not None and math.cos(heading - self._courses[segment]) < 0
+        return heading is not None and elementary.cos(heading - self._courses[segment]) < 0
 
     def _length_now(self, times: tuple[float, ...]) -> float:
         n = _segment(times, self._elapsed)
@@ -102,7 +104,7 @@ class Trajectory:
 def _courses(vertices: list[tuple[float, float, float | None]], steps: list[float]) -> list[float]:
     """Return the direction [rad] of each step; a step on the spot has that before it, or else that after it."""
     found = [
-        math.atan2(b[1] - a[1], b[0] - a[0]) if step > STANDING_M else None
+        elementary.atan2(b[1] - a[1], b[0] - a[0]) if step > STANDING_M else None
         for (a, b), step in zip(pairwise(vertices), steps, strict=True)
     ]
     first = next((course for course in found if course is not None), 0.0)

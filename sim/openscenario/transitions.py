@@ -3,13 +3,14 @@
 import math
 from collections.abc import Callable
 
+from luxloop import elementary
 from luxloop.sim.openscenario.storyboard import Dynamics
 
 SHAPES: dict[str, Callable[[float], float]] = {
     "step": lambda _: 1.0,
     "linear": lambda x: x,
     "cubic": lambda x: x * x * (3 - 2 * x),
-    "sinusoidal": lambda x: (1 - math.cos(math.pi * x)) / 2,
+    "sinusoidal": lambda x: (1 - elementary.cos(math.pi * x)) / 2,
 }
 """Share of a change by share of its duration, both from 0 to 1."""
 PEAKS = {"step": 0.0, "linear": 1.0, "cubic": 1.5, "sinusoidal": math.pi / 2}

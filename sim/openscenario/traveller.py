@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from luxloop import elementary
 from luxloop.sim.opendrive.road import Road
 from luxloop.sim.opendrive.road_network import RoadNetwork
 from luxloop.sim.openscenario.storyboard import Dynamics, Entity, LaneChangeAction
@@ -99,7 +100,7 @@ class Traveller:
         """Pose of the box centre."""
         x, y, yaw = self.pose
         ahead, left = self.entity.centre
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        cos, sin = elementary.cos(yaw), elementary.sin(yaw)
         return x + cos * ahead - sin * left, y + sin * ahead + cos * left, yaw
 
     def change_lane(self, action: LaneChangeAction, lane: int) -> None:
@@ -146,7 +147,7 @@ class Traveller:
         offset = self.offset + (self.change.remaining if self.change else 0.0)
         self.t = self.road.centre(self.s, self._lane) + offset
         if road is self.road and along > STANDING_M:
-            self._course = math.atan2(self.forward * (self.t - before), along)
+            self._course = elementary.atan2(self.forward * (self.t - before), along)
 
     def _across(self, step: float, distance: float) -> float:
         """Advance the lane change, and return its lateral step [m]."""

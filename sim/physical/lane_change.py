@@ -7,7 +7,7 @@ from luxloop.sim.physical.limits import SLOW_CHANGE
 
 def minimum_jerk(s: float) -> float:
     """Return the minimum-jerk quintic 10 s^3 - 15 s^4 + 6 s^5, from 0 at s = 0 to 1 at s = 1."""
-    return s**3 * (10 - 15 * s + 6 * s**2)
+    return s * s * s * (10 - 15 * s + 6 * s * s)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.kinematics import Kinematics, RawFrame
 from luxloop.sim.physical.body_tables import BodyTables, has_sections
@@ -152,6 +153,8 @@ class PhysicalTruth:
         row = frame % history.frame.shape[1]
         change = change.advanced(history.speed[change.body, row], self._change_fraction)
         course = history.path[change.body, row, 2]
-        history.path[change.body, row, :2] += change.shift(frame) * np.array([-np.sin(course), np.cos(course)])
+        history.path[change.body, row, :2] += change.shift(frame) * np.array(
+            [-elementwise.sin(course), elementwise.cos(course)]
+        )
         history.changes_lane[change.body, row] = True
         return change

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 from luxloop.sim.kinematics import wrap_angle
 from luxloop.sim.physical.limits import STANDING
@@ -48,14 +49,14 @@ class SectionChain:
         (self._middle,), _, (starts,), (ends,) = sections(kind, length)
         self._length = member.size[0]
         self._starts, self._lengths = starts, (ends - starts)[ends > starts]
-        course = math.atan2(front[4], front[3]) if math.hypot(front[3], front[4]) > STANDING else yaw
+        course = elementary.atan2(front[4], front[3]) if elementary.hypot(front[3], front[4]) > STANDING else yaw
         turn = float(wrap_angle(np.array([course - yaw]))[0])
-        curvature = float(np.clip(2.0 * math.sin(turn) / self._length, -_SHARPEST, _SHARPEST))
+        curvature = float(np.clip(2.0 * elementary.sin(turn) / self._length, -_SHARPEST, _SHARPEST))
         behind = np.arange(0.0, _MARGIN * self._length + 2 * STEP_M, STEP_M)[::-1]
         self._course = course - curvature * behind
         middle = course - 0.5 * curvature * behind  # direction of the chord to the front
         chord = behind * np.sinc(0.5 * curvature * behind / math.pi)
-        self._place = front[:2] - chord[:, None] * np.column_stack([np.cos(middle), np.sin(middle)])
+        self._place = front[:2] - chord[:, None] * np.column_stack([elementwise.cos(middle), elementwise.sin(middle)])
 
     def follow(self, front: Floats) -> tuple[Floats, Floats]:
         """Return the motion of the box (8,), as in `frame_motions`, and the angles (JOINTS,) at the joints [rad].
@@ -66,7 +67,7 @@ class SectionChain:
             (8,) motion of the front in the next frame.
         """
         place, course = self._with_head(front)
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))])
+        along = np.concatenate([[0.0], np.cumsum(elementwise.hypot(*np.diff(place, axis=0).T))])
         point: Motion = front[:2], front[3:5], front[5:7]
         yaw, at = np.empty(len(self._lengths)), float(along[-1])
         box = np.empty(8)
@@ -75,7 +76,7 @@ class SectionChain:
             at, rear = _point_behind(place, along, at, before[0], float(length))
             line = (before[0] - rear) / length
             point = (rear, *_rates_behind(before, line, float(length), along, course, at))
-            yaw[section] = math.atan2(line[1], line[0])
+            yaw[section] = elementary.atan2(line[1], line[0])
             if section == self._middle:
                 ahead = float(self._starts[section]) - 0.5 * self._length
                 box = _box_motion(before, point, line, float(length), ahead)
@@ -88,8 +89,8 @@ class SectionChain:
         while len(self._place) > 2 and _ahead(front[:2] - self._place[-1], self._course[-1]) < 0.0:
             self._place, self._course = self._place[:-1], self._course[:-1]
         course = self._course[-1]
-        if math.hypot(front[3], front[4]) > STANDING:
-            course += float(wrap_angle(np.array([math.atan2(front[4], front[3]) - course]))[0])
+        if elementary.hypot(front[3], front[4]) > STANDING:
+            course += float(wrap_angle(np.array([elementary.atan2(front[4], front[3]) - course]))[0])
         step = math.dist(front[:2], self._place[-1])
         share = np.arange(1, max(int(step / STEP_M), 1) + 1) / max(int(step / STEP_M), 1)
         between = _cubic(self._place[-1], front[:2], self._course[-1], course, share)
@@ -107,24 +108,28 @@ def _cubic(start: Floats, end: Floats, start_course: float, end_course: float, s
     """Return points (K, 2) on the Hermite cubic between two points with courses [rad], at shares (K,) of it."""
     u = share[:, None]
     reach = math.dist(start, end)
-    leave, arrive = (reach * np.array([math.cos(a), math.sin(a)]) for a in (start_course, end_course))
+    leave, arrive = (reach * np.array([elementary.cos(a), elementary.sin(a)]) for a in (start_course, end_course))
     smooth = u * u * (3.0 - 2.0 * u)
     points: Floats = start + smooth * (end - start) + u * (1.0 - u) * ((1.0 - u) * leave - u * arrive)
     return points
 
 
 def _ahead(offset: Floats, course: float) -> float:
-    return float(offset[0] * math.cos(course) + offset[1] * math.sin(course))
+    return float(offset[0] * elementary.cos(course) + offset[1] * elementary.sin(course))
+
+
+def _dot(one: Floats, other: Floats) -> float:
+    return float(one[0] * other[0] + one[1] * other[1])
 
 
 def _point_behind(place: Floats, along: Floats, at: float, front: Floats, distance: float) -> tuple[float, Floats]:
     """Return the last point of a path before `at` [m] in a straight distance from a front: where along it, and x, y."""
     behind = place[: int(np.searchsorted(along, at))]
-    far = np.flatnonzero(np.hypot(*(behind - front).T) >= distance)
+    far = np.flatnonzero(elementwise.hypot(*(behind - front).T) >= distance)
     begin = int(far[-1]) if len(far) else 0
     step, offset = place[begin + 1] - place[begin], place[begin] - front
-    square, half = float(step @ step), float(step @ offset)
-    share = (-half - math.sqrt(max(half**2 - square * (float(offset @ offset) - distance**2), 0.0))) / square
+    square, half = _dot(step, step), _dot(step, offset)
+    share = (-half - math.sqrt(max(half**2 - square * (_dot(offset, offset) - distance**2), 0.0))) / square
     return float(along[begin] + share * math.sqrt(square)), place[begin] + share * step
 
 
@@ -135,22 +140,22 @@ def _rates_behind(
     low, high = np.interp([at - _CURVATURE_M, at + _CURVATURE_M], along, course)
     direction = float(np.interp(at, along, course))
     curvature = (high - low) / (2 * _CURVATURE_M)
-    tangent = np.array([math.cos(direction), math.sin(direction)])
+    tangent = np.array([elementary.cos(direction), elementary.sin(direction)])
     normal = np.array([-tangent[1], tangent[0]])
-    cosine = float(tangent @ line)
-    speed = float(ahead[1] @ line) / cosine
+    cosine = _dot(tangent, line)
+    speed = _dot(ahead[1], line) / cosine
     turning = curvature * speed**2 * normal
     difference = ahead[1] - speed * tangent
-    needed = float(ahead[2] @ line) + float(difference @ difference) / length
-    return speed * tangent, (needed - float(turning @ line)) / cosine * tangent + turning
+    needed = _dot(ahead[2], line) + _dot(difference, difference) / length
+    return speed * tangent, (needed - _dot(turning, line)) / cosine * tangent + turning
 
 
 def _box_motion(front: Motion, rear: Motion, line: Floats, length: float, ahead: float) -> Floats:
     """Return the motion (8,) of a point `ahead` [m] of the front end of a section, on its axis."""
     across = np.array([-line[1], line[0]])
-    rate = float((front[1] - rear[1]) @ across) / length
-    turning = float((front[2] - rear[2]) @ across) / length
+    rate = _dot(front[1] - rear[1], across) / length
+    turning = _dot(front[2] - rear[2], across) / length
     place = front[0] + ahead * line
     velocity = front[1] + ahead * rate * across
     acceleration = front[2] + ahead * (turning * across - rate**2 * line)
-    return np.array([*place, math.atan2(line[1], line[0]), *velocity, *acceleration, rate])
+    return np.array([*place, elementary.atan2(line[1], line[0]), *velocity, *acceleration, rate])

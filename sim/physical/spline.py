@@ -36,7 +36,8 @@ def _grid(half: int) -> Floats:
 def _cubic(t: Floats) -> Floats:
     """Return the cubic B-spline (de Boor, "A Practical Guide to Splines", 1978, ch. IX), with knots at integers."""
     t = np.abs(t)
-    return np.where(t < 1, 2 / 3 - t**2 + t**3 / 2, np.maximum(2 - t, 0) ** 3 / 6)
+    beyond = np.maximum(2 - t, 0)
+    return np.where(t < 1, 2 / 3 - t * t + t * t * t / 2, beyond * beyond * beyond / 6)
 
 
 def _cubic_slope(t: Floats) -> Floats:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.sim.physical.limits import YAW_RATE_ON_WHEELS
 from luxloop.sim.replay.recording import Recording
@@ -46,9 +47,9 @@ class _Headings:
         step = np.append(np.diff(trajectories.time), 0.0)
         step[trajectories.last] = 0.0
         (x, y), yaw = trajectories.rate[:, :2].T, trajectories.pose[:, 2]
-        slip = np.abs((yaw - np.arctan2(y, x) + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
-        slips = on_wheels & (np.hypot(x, y) > FASTER_MPS) & (slip > SLIP)
-        return cls(user, on_wheels, step, x * np.cos(yaw) + y * np.sin(yaw), slips)
+        slip = np.abs((yaw - elementwise.atan2(y, x) + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
+        slips = on_wheels & (elementwise.hypot(x, y) > FASTER_MPS) & (slip > SLIP)
+        return cls(user, on_wheels, step, x * elementwise.cos(yaw) + y * elementwise.sin(yaw), slips)
 
     def last(self, samples: Bools, users: int) -> Bools:
         """Return the road users for whom a mask of samples holds for a second."""

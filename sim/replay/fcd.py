@@ -13,6 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.compressed import open_gz
 from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
@@ -74,7 +75,7 @@ def _recording(
     _require_metres(user, time, front)
     body_of = {word: kind_and_size(word, types) for word in sorted(set(type_of))}
     length = np.array([body_of[word][1][0] for word in type_of])[user]
-    centre = front - 0.5 * length[:, None] * np.column_stack([np.cos(yaw), np.sin(yaw)])
+    centre = front - 0.5 * length[:, None] * np.column_stack([elementwise.cos(yaw), elementwise.sin(yaw)])
     order = sorted(number)
     rank = np.argsort([number[key] for key in order])
     users = [RoadUser(key[1], *body_of[type_of[number[key]]]) for key in order]
@@ -134,7 +135,7 @@ def _require_metres(user: Ints, time: Floats, place: Floats) -> None:
     step = np.diff(time[order])
     same = (np.diff(user[order]) == 0) & (step > 0)
     with np.errstate(over="ignore"):  # absurd positions are refused later, by the body's name
-        speed = np.hypot(*np.diff(place[order], axis=0).T)[same] / step[same]
+        speed = elementwise.hypot(*np.diff(place[order], axis=0).T)[same] / step[same]
     speed = speed[speed > 0]
     if len(speed) and np.median(speed) < SLOWEST:
         raise TrafficInputError("x and y are degrees, not metres; write it without fcd-output.geo")

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.sim.candidates.moment import Body, Moment
 from luxloop.sim.replay.recording import Recording
 from luxloop.sim.replay.trajectories import ROUNDING, Trajectories
@@ -40,7 +41,7 @@ def moments(recording: Recording, gap_s: float, interval_s: float = INTERVAL_S) 
             new=[_body(recording, int(trajectories.user[row])) for row in new],
             body=number[rows],
             pose=pose,
-            speed=np.hypot(*rate[:, :2].T),
+            speed=elementwise.hypot(*rate[:, :2].T),
         )
 
 

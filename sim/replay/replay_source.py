@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.frame_builder import FrameBuilder
 from luxloop.sim.kinematics import RawFrame, wrap_angle
@@ -133,11 +134,11 @@ class ReplaySource:
         rows = np.flatnonzero((self._first <= self._next) & (self._next <= self._last))
         rows = np.concatenate([[self._ego], rows[rows != self._ego]])
         pose, rate = self._trajectories.at(rows, self._begin + self._next * self.dt)
-        near = np.hypot(*(pose[:, :2] - pose[0, :2]).T) <= self._range + MARGIN
+        near = elementwise.hypot(*(pose[:, :2] - pose[0, :2]).T) <= self._range + MARGIN
         rows, pose, rate = rows[near], pose[near], rate[near]
         pose[:, :2] -= self.origin
         pose[:, 2] = wrap_angle(pose[:, 2])
-        return rows, pose, rate[:, 0] * np.cos(pose[:, 2]) + rate[:, 1] * np.sin(pose[:, 2])
+        return rows, pose, rate[:, 0] * elementwise.cos(pose[:, 2]) + rate[:, 1] * elementwise.sin(pose[:, 2])
 
     def _member(self, trajectory: int) -> Member:
         if member := self._roster.find(trajectory):

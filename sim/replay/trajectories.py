@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.replay.recording import Recording
 from luxloop.sim.source import TrafficInputError
@@ -54,7 +55,7 @@ class Trajectories:
         order = _without_repetitions(recording, np.lexsort((recording.time, recording.user)))
         user, time, pose = recording.user[order], recording.time[order], recording.pose[order].copy()
         _require_single(recording, order, user, time)
-        step, distance = np.diff(time), np.hypot(*np.diff(pose[:, :2], axis=0).T)
+        step, distance = np.diff(time), elementwise.hypot(*np.diff(pose[:, :2], axis=0).T)
         cut = (np.diff(user) != 0) | (step > gap_s + ROUNDING) | (distance > FASTEST * step + JUMP)
         first = np.concatenate([[0], np.flatnonzero(cut) + 1])
         last = np.append(first[1:] - 1, len(time) - 1)
@@ -90,7 +91,7 @@ class Trajectories:
         start, end = self.pose[before], self.pose[after]
         rate, end_rate = self.rate[before], self.rate[after]
         pose = start + s * h * rate + s**2 * (3 * (end - start) - h * (2 * rate + end_rate))
-        pose += s**3 * (h * (rate + end_rate) - 2 * (end - start))
+        pose += s * s * s * (h * (rate + end_rate) - 2 * (end - start))
         slope = (1 - s) * (1 - 3 * s) * rate + s * (3 * s - 2) * end_rate + 6 * s * (1 - s) * (end - start) / h
         return pose, slope
 
@@ -126,11 +127,11 @@ def _course(place: Floats, time: Floats, first: Ints, last: Ints) -> Floats:
     begin, end = (np.repeat(bound, last - first + 1) for bound in (first, last))
     before, after = np.maximum(sample - 1, begin), np.minimum(sample + 1, end)
     distance = place[after] - place[before]
-    moves = np.hypot(*distance.T) > COURSE_FROM * (time[after] - time[before])
+    moves = elementwise.hypot(*distance.T) > COURSE_FROM * (time[after] - time[before])
     held = np.maximum.accumulate(np.where(moves, sample, -1))
     coming = np.minimum.accumulate(np.where(moves, sample, len(time))[::-1])[::-1]
     source = np.where(held >= begin, held, np.where(coming <= end, coming, -1))
-    return np.where(source >= 0, np.arctan2(distance[source, 1], distance[source, 0]), 0.0)
+    return np.where(source >= 0, elementwise.atan2(distance[source, 1], distance[source, 0]), 0.0)
 
 
 def _rates(pose: Floats, step: Floats, first: Ints, last: Ints) -> Floats:

@@ -11,7 +11,9 @@ from typing import Literal
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
+from luxloop.sim.physical.lane_change import minimum_jerk
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,13 +31,13 @@ class State:
 
     def seen_from(self, start: Floats) -> "State":
         """Transform from the motion's frame to the frame in which it starts at the pose `start` (3,)."""
-        cos, sin = math.cos(start[2]), math.sin(start[2])
+        cos, sin = elementary.cos(start[2]), elementary.sin(start[2])
         rotation = np.array([[cos, -sin], [sin, cos]])
-        position = start[:2] + rotation @ self.pose[:2]
+        position = start[:2] + elementwise.product(rotation, self.pose[:2])
         return State(
             pose=np.append(position, start[2] + self.pose[2]),
-            velocity=rotation @ self.velocity,
-            acceleration=rotation @ self.acceleration,
+            velocity=elementwise.product(rotation, self.velocity),
+            acceleration=elementwise.product(rotation, self.acceleration),
             yaw_rate=self.yaw_rate,
         )
 
@@ -114,7 +116,7 @@ class Arc:
         """Return the state at a time [s] since the motion began."""
         v, r = self.speed_mps, self.radius_m
         yaw = v / r * time
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        cos, sin = elementary.cos(yaw), elementary.sin(yaw)
         return State(
             pose=np.array([r * sin, r * (1 - cos), yaw]),
             velocity=v * np.array([cos, sin]),
@@ -147,10 +149,10 @@ class StopAndGo:
         rounds, elapsed = divmod(time, go + self.stop_s)
         going = min(elapsed, go)
         phase = 2 * math.pi * going / go
-        distance = rounds * v * go / 2 + v / 2 * (going - go / (2 * math.pi) * math.sin(phase))
+        distance = rounds * v * go / 2 + v / 2 * (going - go / (2 * math.pi) * elementary.sin(phase))
         if elapsed >= go:
             return _along_x(distance, 0.0, 0.0)
-        return _along_x(distance, v / 2 * (1 - math.cos(phase)), v * math.pi / go * math.sin(phase))
+        return _along_x(distance, v / 2 * (1 - elementary.cos(phase)), v * math.pi / go * elementary.sin(phase))
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,11 +180,12 @@ class LaneChange:
         """Return the state at a time [s] since the motion began."""
         v, d, period = self.speed_mps, self.offset_m, self.change_s
         s = min(time / period, 1.0)
-        y = d * (10 * s**3 - 15 * s**4 + 6 * s**5)
-        v_y = d / period * (30 * s**2 - 60 * s**3 + 30 * s**4)
-        a_y = d / period**2 * (60 * s - 180 * s**2 + 120 * s**3)
+        rest = 1.0 - s
+        y = d * minimum_jerk(s)
+        v_y = d / period * 30 * s * s * rest * rest
+        a_y = d / period**2 * 60 * s * rest * (rest - s)
         return State(
-            pose=np.array([v * time, y, math.atan2(v_y, v)]),
+            pose=np.array([v * time, y, elementary.atan2(v_y, v)]),
             velocity=np.array([v, v_y]),
             acceleration=np.array([0.0, a_y]),
             yaw_rate=v * a_y / (v * v + v_y * v_y),

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.sim.obstacles import Prism, StreetKind, build
 from luxloop.sim.scripted.motions import Motion, Spin, Static, require_sequence
@@ -122,8 +123,8 @@ class ScriptedRing:
         for n, range_m in enumerate(self.ranges_m):
             bearing = math.radians(ego.yaw_deg) + 2 * math.pi * n / len(self.ranges_m)
             car = ScriptedActor(
-                x_m=ego.x_m + range_m * math.cos(bearing),
-                y_m=ego.y_m + range_m * math.sin(bearing),
+                x_m=ego.x_m + range_m * elementary.cos(bearing),
+                y_m=ego.y_m + range_m * elementary.sin(bearing),
                 yaw_deg=math.degrees(bearing) + n * _GOLDEN_ANGLE_DEG,
                 kind=self.kind,
                 reflectivity=self.reflectivity,

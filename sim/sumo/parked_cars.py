@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats
 from luxloop.sim.roster import Member, Roster
 from luxloop.sim.sumo.parking import ParkedCar
@@ -42,7 +43,7 @@ class ParkedCars:
         """Return the parked cars near a position [m], with poses."""
         if math.dist(place, self._centre) > _REFRESH_DISTANCE_M:
             self._centre = place
-            distance = np.hypot(self._pose[:, 0] - place[0], self._pose[:, 1] - place[1])
+            distance = elementwise.hypot(self._pose[:, 0] - place[0], self._pose[:, 1] - place[1])
             rows = np.flatnonzero(distance <= self._radius + _REFRESH_DISTANCE_M).tolist()
             self._candidates = [(self._cars[row], tuple(self._pose[row].tolist())) for row in rows]
         return [

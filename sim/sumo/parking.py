@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.sim.sumo.input_checks import input_files, is_left_hand, text_of
 from luxloop.sim.sumo.parking_places import Place, places_of
 from luxloop.sim.world import Kind
@@ -74,6 +75,6 @@ def _draw(place: Place, seed: int) -> float:
 
 def _car(place: Place) -> ParkedCar:
     size = (min(DEFAULT_CAR[0], place.length), min(DEFAULT_CAR[1], place.width), DEFAULT_CAR[2])
-    x = place.front[0] - size[0] / 2 * math.cos(place.yaw)
-    y = place.front[1] - size[0] / 2 * math.sin(place.yaw)
+    x = place.front[0] - size[0] / 2 * elementary.cos(place.yaw)
+    y = place.front[1] - size[0] / 2 * elementary.sin(place.yaw)
     return ParkedCar(place.name, (x, y, math.remainder(place.yaw, 2 * math.pi)), size, Kind.CAR)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 
 _LANE_WIDTH = 3.2
@@ -85,7 +86,7 @@ def _side(area: ET.Element, lanes: Any, width: float, left_hand: bool) -> Floats
 def offset_line(line: Floats, right: float) -> Floats:
     """Offset a line (K, 2) to its right by `right` [m], with mitred corners."""
     step = np.diff(line, axis=0)
-    normal = np.column_stack([step[:, 1], -step[:, 0]]) / np.hypot(*step.T)[:, None]
+    normal = np.column_stack([step[:, 1], -step[:, 0]]) / elementwise.hypot(*step.T)[:, None]
     before, after = np.vstack([normal[:1], normal]), np.vstack([normal, normal[-1:]])
     mitre = (before + after) / (1.0 + np.sum(before * after, axis=1))[:, None]
     offset: Floats = line + right * mitre
@@ -97,24 +98,24 @@ def _roadside_pose(
 ) -> tuple[tuple[float, float], float]:
     """Return the front (2,) [m] and the yaw [rad] of a vehicle on a roadside place."""
     first, last = point_along(side, index * step), point_along(side, (index + 1) * step)
-    course = math.atan2(*(last - first)[::-1])
+    course = elementary.atan2(*(last - first)[::-1])
     yaw = course - math.radians(angle_deg)
     if not angle_deg:
         return (float(last[0]), float(last[1])), yaw
     turn = math.fmod(angle_deg, 360.0)
-    sine, cosine = math.sin(math.radians(turn)), math.cos(math.radians(turn))
+    sine, cosine = elementary.sin(math.radians(turn)), elementary.cos(math.radians(turn))
     # SUMO rotates the places about a point that depends on the quadrant
     ahead = (step + length * cosine) / 2
     left = width / 2 * (1 - cosine if 0 <= turn <= 90 or turn > 270 else 1 + cosine)
     left -= length * sine if 0 <= turn <= 180 else 0.0
-    x = first[0] + ahead * math.cos(course) - left * math.sin(course)
-    y = first[1] + ahead * math.sin(course) + left * math.cos(course)
+    x = first[0] + ahead * elementary.cos(course) - left * elementary.sin(course)
+    y = first[1] + ahead * elementary.sin(course) + left * elementary.cos(course)
     return (float(x), float(y)), yaw
 
 
 def arc_lengths(line: Floats) -> Floats:
     """Return the arc length at the points (K,) of a line (K, 2) [m]."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
+    return np.concatenate([[0.0], np.cumsum(elementwise.hypot(*np.diff(line[:, :2], axis=0).T))])
 
 
 def point_along(line: Floats, distance: float) -> Floats:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 from luxloop.sim.kinematics import RawFrame
 from luxloop.sim.origin import origin_near
@@ -105,7 +106,7 @@ class SumoReader:
             return 0
         self._sumo.poi.setPosition(_EGO_POI, *results[self._ego][self._position])
         place = np.array([row[self._position] for row in results.values()]) - results[self._ego][self._position]
-        return int((np.hypot(place[:, 0], place[:, 1]) <= self._range).sum()) - 1
+        return int((elementwise.hypot(place[:, 0], place[:, 1]) <= self._range).sum()) - 1
 
     def read(self) -> RawFrame | None:
         """Return the present frame, or None if the ego is gone; `end_reason` then contains the cause."""
@@ -178,7 +179,7 @@ class SumoReader:
                 continue
             x, y = self._in_world(place)
             half, yaw = 0.5 * names.member(name).size[0], yaw_of(row[self._angle])
-            cos, sin = math.cos(yaw), math.sin(yaw)
+            cos, sin = elementary.cos(yaw), elementary.sin(yaw)
             if name in shifts:
                 ahead, left = shifts[name]
                 x, y = x + ahead * cos - left * sin, y + ahead * sin + left * cos
@@ -186,7 +187,7 @@ class SumoReader:
             member = names.observe(name, front, centre, abs(speed) * self._dt, name in parking)
             if self._bridges:
                 slope = math.radians(row[self._slope])
-                self._road[member.id] = row[self._position_3d][2] - half * math.sin(slope), slope
+                self._road[member.id] = row[self._position_3d][2] - half * elementary.sin(slope), slope
             yield member, (*centre, yaw), speed
 
     def _in_world(self, place: Point) -> Point:

@@ -5,13 +5,13 @@ kerb side of the outermost lane, and back at departure. A driver turns off befor
 shift between lane and stop is therefore spread over the distance driven, so that a standing vehicle stays where it is.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.sim.physical.lane_change import minimum_jerk
 from luxloop.sim.sumo.parking_places import arc_lengths, offset_line, point_along
 
@@ -141,6 +141,6 @@ class RoadsideStops:
         point = point_along(shape, along)
         x, y = (point_along(offset_line(outermost, self._right), along) - point).tolist()
         before = point_along(shape, along - 1.0)
-        course = math.atan2(point[1] - before[1], point[0] - before[0])
-        cos, sin = math.cos(course), math.sin(course)
+        course = elementary.atan2(point[1] - before[1], point[0] - before[0])
+        cos, sin = elementary.cos(course), elementary.sin(course)
         return x * cos + y * sin, y * cos - x * sin

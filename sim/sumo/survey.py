@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Floats
 from luxloop.sim.candidates.moment import Body, Moment
 from luxloop.sim.source import (
@@ -105,7 +106,7 @@ class SumoSurvey:
             rows.append((number, x, y, yaw_of(vehicle.getAngle(name)), vehicle.getSpeed(name), length))
         table = np.array(rows, dtype=np.float64).reshape(-1, 6)
         yaw = table[:, 3]
-        centre = table[:, 1:3] - 0.5 * table[:, 5:] * np.column_stack([np.cos(yaw), np.sin(yaw)])
+        centre = table[:, 1:3] - 0.5 * table[:, 5:] * np.column_stack([elementwise.cos(yaw), elementwise.sin(yaw)])
         return Moment(
             time=float(self._sumo.simulation.getTime()),
             new=new,

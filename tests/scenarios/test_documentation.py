@@ -317,14 +317,24 @@ def test_the_python_page_lists_the_interface():
     assert arguments <= listed
 
 
+COMMON = ("arrays", "compiled", "elementary", "elementwise")
+"""Modules that simulator, sensor and tracker share."""
+
+
 def test_the_python_page_lists_every_package_that_the_tracker_imports():
-    common = [ROOT / "luxloop" / f"{name}.py" for name in ("arrays", "compiled")]
+    common = [ROOT / "luxloop" / f"{name}.py" for name in COMMON]
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (*common, *(ROOT / "tracker").rglob("*.py"))]
     nodes = [node for tree in trees for node in ast.walk(tree)]
     imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
-    own = {name for name in imported if name.partition(".")[0] == "luxloop"}
-    assert all(f"{name}.".startswith(("luxloop.tracker.", "luxloop.arrays.", "luxloop.compiled.")) for name in own)
+    own = {
+        name
+        for name in imported
+        if name.partition(".")[0] == "luxloop" and not f"{name}.".startswith("luxloop.tracker.")
+    }
+    assert own <= {"luxloop", *(f"luxloop.{name}" for name in COMMON)}
+    of_luxloop = [node.names for node in nodes if isinstance(node, ast.ImportFrom) and node.module == "luxloop"]
+    assert {alias.name for names in of_luxloop for alias in names} <= set(COMMON)
     others = {name.partition(".")[0] for name in imported} - {*sys.stdlib_module_names, "luxloop"}
     assert others == set(re.findall(r"^\| `(\w+)` \|", section(PYTHON, "The tracker alone"), re.MULTILINE))
     (installed,) = (words[2:] for words in commands(PYTHON) if words[:2] == ["pip", "install"] and "." not in words)

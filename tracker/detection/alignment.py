@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 
@@ -64,7 +65,7 @@ def sharpness(normal_x: float, normal_y: float, ray: Floats, reach: float, flatn
 
     It is `flatness` at grazing incidence, and largest, with `reach`, at normal incidence.
     """
-    return math.hypot(reach * (normal_x * ray[0] + normal_y * ray[1]), flatness)
+    return elementary.hypot(reach * (normal_x * ray[0] + normal_y * ray[1]), flatness)
 
 
 @kernel(error_model="numpy")
@@ -76,7 +77,7 @@ def misalignment(
     Points on a side have a high density on its line; of the two densities per radius the higher is that of the point's
     side. `along` and `across` are work arrays (N,).
     """
-    cos, sin = math.cos(heading), math.sin(heading)
+    cos, sin = elementary.cos(heading), elementary.sin(heading)
     reach_along = sharpness(cos, sin, ray, reach, flatness)
     reach_across = sharpness(-sin, cos, ray, reach, flatness)
     for i in range(len(points)):
@@ -86,7 +87,7 @@ def misalignment(
     local_density(across, reach_across, across)
     total = 0.0
     for i in range(len(points)):
-        total += math.log(1.0 + reach * max(along[i] / reach_along, across[i] / reach_across))
+        total += elementary.log(1.0 + reach * max(along[i] / reach_along, across[i] / reach_across))
     return -total / len(points)
 
 
@@ -119,8 +120,8 @@ def align(points: Floats, offset: Ints, heading: Floats, reach: float, flatness:
     for s in range(segments):
         segment = points[offset[s] : offset[s + 1]]
         along, across = np.empty(len(segment)), np.empty(len(segment))
-        bearing = math.atan2(segment[:, 1].mean(), segment[:, 0].mean())
-        ray = np.array([math.cos(bearing), math.sin(bearing)])
+        bearing = elementary.atan2(segment[:, 1].mean(), segment[:, 0].mean())
+        ray = np.array([elementary.cos(bearing), elementary.sin(bearing)])
         for m in range(methods):
             cost[s, m] = misalignment(segment, heading[s, m], ray, reach, flatness, along, across)
         cheapest = np.argmin(cost[s, :methods])

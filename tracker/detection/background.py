@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker import free_space
@@ -89,7 +90,7 @@ class Background:
         self._searched = time if self._search else self._searched
         if time - self._time < PASSED_INTERVAL_S:
             return
-        factor = math.exp(-(time - self._time) / self._config.memory_s)
+        factor = elementary.exp(-(time - self._time) / self._config.memory_s)
         self._time = time
         if not len(memory.cells):
             return

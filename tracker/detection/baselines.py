@@ -4,12 +4,12 @@ Each is a function from points (N, 2) of a segment in the ego frame [m], at two 
 degrees [rad].
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.detection.lines import MINIMAL_SAMPLE, fit_line
 from luxloop.tracker.detection.rectangles import measure
@@ -81,7 +81,7 @@ def principal_axes(points: Floats) -> float:
     It is the heading if one side is visible; for two sides of similar length it is a diagonal.
     """
     x, y = (points - points.mean(axis=0)).T
-    return 0.5 * math.atan2(2.0 * (x @ y), x @ x - y @ y)
+    return 0.5 * elementary.atan2(2.0 * (x * y).sum(), (x * x).sum() - (y * y).sum())
 
 
 def two_set_split(points: Floats) -> float:
@@ -97,16 +97,16 @@ def two_set_split(points: Floats) -> float:
     first, second = _running_scatter(ordered), _running_scatter(ordered[::-1])[::-1]
     second = np.append(second[1:], np.zeros((1, 3)), axis=0)
     xx, xy, yy = (first + np.array([1.0, -1.0, 1.0]) * second[:, ::-1]).T
-    residual = 0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy)
+    residual = 0.5 * (xx + yy) - elementwise.hypot(0.5 * (xx - yy), xy)
     best = residual.argmin()
-    return float(0.5 * np.arctan2(2.0 * xy[best], xx[best] - yy[best]))
+    return float(0.5 * elementwise.atan2(2.0 * xy[best], xx[best] - yy[best]))
 
 
 def _by_azimuth(points_ego: Floats) -> Ints:
     """(N,) order of points (N, 2) by azimuth, from right to left, at any bearing from the ego."""
     x, y = points_ego.T
     middle_x, middle_y = points_ego.mean(axis=0)
-    azimuth = np.arctan2(middle_x * y - middle_y * x, middle_x * x + middle_y * y)
+    azimuth = elementwise.atan2(middle_x * y - middle_y * x, middle_x * x + middle_y * y)
     return np.argsort(azimuth, kind="stable")
 
 
@@ -159,7 +159,7 @@ def _consensus(points: Floats, random: np.random.Generator) -> Bools:
 def through(one: Floats, other: Floats) -> Floats:
     """Lines (M, 3) through pairs of points (M, 2): unit normal and offset, which is infinite for equal points."""
     along = other - one
-    length = np.hypot(*along.T)
+    length = elementwise.hypot(*along.T)
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.where(length > 0.0, length, 1.0)[:, None]
     offset = np.where(length > 0.0, -np.sum(normal * one, axis=1), np.inf)
     return np.column_stack([normal, offset])
@@ -167,7 +167,7 @@ def through(one: Floats, other: Floats) -> Floats:
 
 def distances(points: Floats, lines: Floats) -> Floats:
     """(M, N) distance of points (N, 2) to lines (M, 3) [m]."""
-    return np.abs(lines[:, :2] @ points.T + lines[:, 2:])
+    return np.abs(elementwise.product(lines[:, :2], points.T) + lines[:, 2:])
 
 
 def jlinkage(points: Floats) -> float:
@@ -193,8 +193,13 @@ def autoware(points: Floats) -> float:
     nearer of two edges is chosen per point and not once for all, distances are squared, and points deeper than
     `AUTOWARE_DEPTH_MAX_M` are ignored.
     """
-    cos, sin = np.cos(AUTOWARE_ANGLES), np.sin(AUTOWARE_ANGLES)
-    squared = np.minimum(_to_edge(points @ [cos, sin]), _to_edge(points @ [-sin, cos])) ** 2
+    cos, sin = elementwise.cos(AUTOWARE_ANGLES), elementwise.sin(AUTOWARE_ANGLES)
+    squared = (
+        np.minimum(
+            _to_edge(elementwise.product(points, [cos, sin])), _to_edge(elementwise.product(points, [-sin, cos]))
+        )
+        ** 2
+    )
     closeness = np.where(squared <= AUTOWARE_DEPTH_MAX_M**2, 1.0 / np.maximum(squared, AUTOWARE_FLOOR_M**2), 0.0)
     return float(AUTOWARE_ANGLES[closeness.sum(axis=0).argmax()])
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats, Floats32, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.free_space import UNIT_OFFSET_M
@@ -143,7 +144,7 @@ def flat(from_view: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bool
     `from_view` (B, 2) is the nearest corner relative to the viewpoint [m].
     """
     to_ego = rotate(-from_view, -heading)
-    beyond = np.hypot(*from_view.T)[:, None] * math.sin(END_VIEW_MIN_RAD)
+    beyond = elementwise.hypot(*from_view.T)[:, None] * elementary.sin(END_VIEW_MIN_RAD)
     faces_ego = sign * to_ego > np.maximum(beyond, UNIT_OFFSET_M)
     each = np.arange(len(size))[:, None]
     open_end = ~cut[each, np.arange(2), (sign > 0).astype(np.int64)]
@@ -179,9 +180,9 @@ def side_covariance(from_corner: Floats, box: Ints, heading: Floats, noise_std_m
     prior = np.diag([end_std_m**-2, end_std_m**-2, HEADING_PRIOR_STD**-2])
     information = prior + sums.reshape(-1, 3, 3)
     turn = np.zeros_like(information)
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
-    turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0
-    return np.asarray(turn @ np.linalg.inv(information) @ turn.transpose(0, 2, 1))
+    turn[:, 0, 0] = turn[:, 1, 1] = elementwise.cos(heading)
+    turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = elementwise.sin(heading), -elementwise.sin(heading), 1.0
+    return elementwise.product(elementwise.product(turn, elementwise.inverse(information)), turn.transpose(0, 2, 1))
 
 
 def with_heading_variance(covariance: Floats, variance: Floats) -> Floats:
@@ -228,7 +229,7 @@ def box_points(
     view, extent = np.zeros((boxes, 2)), np.zeros((boxes, 2))
     low, high = np.empty(2), np.empty(2)
     for b in range(boxes):
-        cos, sin = math.cos(heading[b]), math.sin(heading[b])
+        cos, sin = elementary.cos(heading[b]), elementary.sin(heading[b])
         low[:], high[:] = np.inf, -np.inf
         for i in range(span[b, 0], span[b, 1]):
             x, y = points[i, 0] - center[b, 0], points[i, 1] - center[b, 1]
@@ -259,7 +260,7 @@ def in_shadow(boxes: Boxes) -> Bools:
     depth = np.where(boxes.size < SINGLE_FACE_MAX_M, PART_DEPTH_M, 0.0)
     away = rotate(-0.5 * boxes.corner_sign * depth, boxes.heading)
     covered = inside(boxes.center_ego, boxes.center_ego + away, boxes.heading, boxes.size + depth + 2 * PART_MARGIN_M)
-    range_m = np.hypot(*boxes.corner_ego.T)
+    range_m = elementwise.hypot(*boxes.corner_ego.T)
     return np.asarray(np.any(covered & (range_m[:, None] > range_m), axis=1))
 
 

@@ -6,12 +6,12 @@ measure the car ahead 13 ms apart. If it keeps its distance, the raw points agre
 25 m/s, makes two rears 0.3 m apart.
 """
 
-import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Floats32, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.detection.point_groups import means
@@ -99,7 +99,7 @@ def without_ego_motion(points: Floats, tau: Floats, velocity: Floats, yaw_rate: 
     still = np.empty((len(points), 3))
     for i in range(len(points)):
         half, x, y = 0.5 * yaw_rate * tau[i], points[i, 0], points[i, 1]
-        cos, sin = math.cos(half), math.sin(half)
+        cos, sin = elementary.cos(half), elementary.sin(half)
         chord = 2.0 * sin / yaw_rate if yaw_rate != 0.0 else tau[i]
         # Rotate by half the angle, move along the chord, and rotate by the other half.
         x, y = cos * x - sin * y + chord * velocity[0], sin * x + cos * y + chord * velocity[1]

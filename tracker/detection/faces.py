@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.detection.lidar import LidarConfig
@@ -338,7 +339,7 @@ def moments(x: Floats, y: Floats, member: Ints, k: int, weights: Floats, moment:
 @kernel()
 def set_face(corner: Floats, k: int, normal_angle: float, x: float, y: float) -> None:
     """Move face k of a corner through a point; turn its normal to an angle or its opposite [rad]."""
-    a, b = math.cos(normal_angle), math.sin(normal_angle)
+    a, b = elementary.cos(normal_angle), elementary.sin(normal_angle)
     if a * corner[k, 0] + b * corner[k, 1] < 0.0:
         a, b = -a, -b
     corner[k, 0], corner[k, 1], corner[k, 2] = a, b, -a * x - b * y
@@ -371,7 +372,7 @@ def fit_corner(
         if moment[0, 0] == 0.0:
             break
         xx, yy = moment[0, 3] + moment[1, 5], moment[0, 5] + moment[1, 3]
-        direction = 0.5 * math.atan2(2.0 * (moment[0, 4] - moment[1, 4]), xx - yy)
+        direction = 0.5 * elementary.atan2(2.0 * (moment[0, 4] - moment[1, 4]), xx - yy)
         for k in range(2):
             if moment[k, 0] > 0.0:
                 set_face(corner, k, direction + 0.5 * math.pi * (1 - k), moment[k, 1], moment[k, 2])
@@ -545,7 +546,7 @@ def unseen_sides(
                 beyond = sign * place[k, i] - edge
                 if depth[k, i] < CURVE_DEPTH_M or outside[i] == 1 or (label[i] >= 0 and label[i] != k):
                     continue
-                if beyond > slack + pitch * math.hypot(points[i, 0], points[i, 1]):
+                if beyond > slack + pitch * elementary.hypot(points[i, 0], points[i, 1]):
                     outside[i] = 1
                 elif beyond > -CURVE_DEPTH_M:
                     label[i] = 2 * k + (2 if sign > 0.0 else 3)
@@ -619,5 +620,5 @@ def label_bodies(
         keep_dominant(member, depth)
         for i in range(len(own)):
             label[offset[s] + i] = member[i]
-        heading[s] = math.atan2(-faces[0, 0], faces[0, 1])
+        heading[s] = elementary.atan2(-faces[0, 0], faces[0, 1])
     return label, heading

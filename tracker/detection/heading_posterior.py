@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.detection.alignment import FLATNESS_M, REACH_M, misalignment
@@ -40,9 +41,12 @@ def average(points: SegmentedPoints) -> tuple[Floats, Floats]:
     truncated = np.bincount(points.label, points.truncated, points.segments.count) > 0.0
     missing = np.where(truncated, TRUNCATED_COST_PER_M, MISSING_COST_PER_M)
     cost = heading_costs(points.xy[chosen], offset, viewpoint, missing, heading)
-    weight = np.exp(cost.min(axis=1, keepdims=True) - cost)
+    weight = elementwise.exp(cost.min(axis=1, keepdims=True) - cost)
     weight /= weight.sum(axis=1, keepdims=True)
-    mean = 0.25 * np.angle(weight @ np.exp(4j * heading))  # a quarter turn becomes a whole one
+    turned = 4.0 * heading  # a quarter turn becomes a whole one
+    mean = 0.25 * elementwise.atan2(
+        elementwise.product(weight, elementwise.sin(turned)), elementwise.product(weight, elementwise.cos(turned))
+    )
     apart = fold(heading - mean[:, None] + 0.5 * QUARTER) - 0.5 * QUARTER
     variance = (weight * apart**2).sum(axis=1)
     return mean, variance + SHAPE_STD_RAD**2
@@ -66,7 +70,7 @@ def costs(points: Floats, viewpoint: Floats, missing_cost: float, heading: Float
     """Write the negative log-likelihood (M,) of headings (M,) for the points (N, 2) of a segment."""
     along, across = np.empty(len(points)), np.empty(len(points))
     x, y = points[:, 0].mean() - viewpoint[0], points[:, 1].mean() - viewpoint[1]
-    range_m = max(math.hypot(x, y), 1e-9)
+    range_m = max(elementary.hypot(x, y), 1e-9)
     ray = np.array([x / range_m, y / range_m])
     low, high = np.inf, -np.inf
     for i in range(len(points)):
@@ -74,7 +78,7 @@ def costs(points: Floats, viewpoint: Floats, missing_cost: float, heading: Float
         low, high = min(low, place), max(high, place)
     for m in range(len(heading)):
         aligned = misalignment(points, heading[m], ray, REACH_M, FLATNESS_M, along, across)
-        front = abs(math.cos(heading[m]) * ray[0] + math.sin(heading[m]) * ray[1])
+        front = abs(elementary.cos(heading[m]) * ray[0] + elementary.sin(heading[m]) * ray[1])
         side = math.sqrt(max(1.0 - front * front, 0.0))
         lengthwise, crosswise = WIDTH_MIN_M * front + LENGTH_MIN_M * side, LENGTH_MIN_M * front + WIDTH_MIN_M * side
         missing = max(min(lengthwise, crosswise) - (high - low), 0.0)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 
@@ -47,7 +48,7 @@ def label_lines(
         found = largest_clusters(drawn, names) if paper else find_lines(own, drawn, names, limits)
         member = settle(own, found, limits.tau)
         dominant = fit_line(own, member, 0)
-        heading[s] = math.atan2(-dominant[0], dominant[1])
+        heading[s] = elementary.atan2(-dominant[0], dominant[1])
         label[offset[s] : offset[s + 1]] = member
     return label, heading
 
@@ -65,8 +66,8 @@ def fit_line(points: Floats, member: Ints, name: int) -> Floats:
         if member[i] == name:
             dx, dy = points[i, 0] - x, points[i, 1] - y
             xx, xy, yy = xx + dx * dx, xy + dx * dy, yy + dy * dy
-    direction = 0.5 * math.atan2(2.0 * xy, xx - yy)
-    a, b = -math.sin(direction), math.cos(direction)
+    direction = 0.5 * elementary.atan2(2.0 * xy, xx - yy)
+    a, b = -elementary.sin(direction), elementary.cos(direction)
     return np.array([a, b, -a * x - b * y])
 
 
@@ -77,17 +78,18 @@ def log_chance(count: int, support: int, share: float) -> float:
     Every pair of points is a line; other points are near it with probability `share`:
     C(count, 2) * P(Binomial(count - 2, share) >= support - 2).
     """
-    pairs = math.log(0.5 * count * (count - 1))
+    pairs = elementary.log(0.5 * count * (count - 1))
     trials, hits = count - MINIMAL_SAMPLE, support - MINIMAL_SAMPLE
     if hits <= trials * share:
         return pairs
-    term = math.lgamma(trials + 1) - math.lgamma(hits + 1) - math.lgamma(trials - hits + 1)
-    term += hits * math.log(share) + (trials - hits) * math.log1p(-share)
+    term = elementary.log_factorial(trials) - elementary.log_factorial(hits)
+    term -= elementary.log_factorial(trials - hits)
+    term += hits * elementary.log(share) + (trials - hits) * elementary.log1p(-share)
     total, ratio = 1.0, 1.0
     for j in range(hits, trials):
         ratio *= (trials - j) / (j + 1) * share / (1.0 - share)
         total += ratio
-    return pairs + term + math.log(total)
+    return pairs + term + elementary.log(total)
 
 
 @kernel()
@@ -127,7 +129,9 @@ def find_lines(points: Floats, sample: Floats, cluster: Ints, limits: LineLimits
         member = near(points, line, tau, taken)
         if len(lines) == 0:
             length, width = extent(points, line, np.ones(len(points), np.int64))
-            share = min(0.999, 2.0 * tau * math.hypot(length, width) / ((length + 2.0 * tau) * (width + 2.0 * tau)))
+            share = min(
+                0.999, 2.0 * tau * elementary.hypot(length, width) / ((length + 2.0 * tau) * (width + 2.0 * tau))
+            )
         elif (
             member.sum() <= MINIMAL_SAMPLE
             or np.any(np.abs(lines[:, 0] * line[1] - lines[:, 1] * line[0]) < turn_min)

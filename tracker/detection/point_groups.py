@@ -4,10 +4,9 @@ Points are (N, 2 or more) float64 in the ego frame [m]. Group g is rows offset[g
 Sums have a fixed order, so that results do not depend on threads or a BLAS.
 """
 
-import math
-
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 
@@ -176,7 +175,7 @@ def bearing_keys(points: Floats, offset: Ints) -> Floats:
         x, y = x / count, y / count
         for i in range(offset[s], offset[s + 1]):
             across, ahead = x * points[i, 1] - y * points[i, 0], x * points[i, 0] + y * points[i, 1]
-            key[i] = math.atan2(across, ahead) + SAME_BEARING * math.hypot(points[i, 0], points[i, 1])
+            key[i] = elementary.atan2(across, ahead) + SAME_BEARING * elementary.hypot(points[i, 0], points[i, 1])
     return key
 
 

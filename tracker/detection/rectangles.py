@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.detection.faces import FLATNESS_M
@@ -120,7 +121,7 @@ def variance(count: float, total: float, square: float) -> float:
 def write_directions(angle: Floats, direction: Floats) -> None:
     """Write cosine and sine of headings (LANES,) to (2, LANES)."""
     for k in range(LANES):
-        direction[0, k], direction[1, k] = math.cos(angle[k]), math.sin(angle[k])
+        direction[0, k], direction[1, k] = elementary.cos(angle[k]), elementary.sin(angle[k])
 
 
 @kernel(error_model="numpy")
@@ -244,7 +245,10 @@ def extents(
             spread[i] = range_std / max(math.sqrt(x[i] * x[i] + y[i] * y[i]), flatness)
         for m in range(heading.shape[1]):
             for axis in range(2):
-                cos, sin = math.cos(heading[s, m] + axis * math.pi / 2), math.sin(heading[s, m] + axis * math.pi / 2)
+                cos, sin = (
+                    elementary.cos(heading[s, m] + axis * math.pi / 2),
+                    elementary.sin(heading[s, m] + axis * math.pi / 2),
+                )
                 for i in range(len(x)):
                     place[i] = cos * x[i] + sin * y[i]
                     reach[i] = sigma * math.sqrt((place[i] * spread[i]) ** 2 + flatness**2)

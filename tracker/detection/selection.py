@@ -1,11 +1,11 @@
 """Best selection: the heading of each segment, from its points or among the candidates."""
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.detection import heading_posterior
@@ -87,7 +87,7 @@ def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
     for g in range(len(offset) - 1):
         x, y = points[offset[g] : offset[g + 1], 0], points[offset[g] : offset[g + 1], 1]
         for m in range(heading.shape[1]):
-            cos, sin = math.cos(heading[g, m]), math.sin(heading[g, m])
+            cos, sin = elementary.cos(heading[g, m]), elementary.sin(heading[g, m])
             along, across = cos * x + sin * y, cos * y - sin * x
             place = across if across.std() <= along.std() else along
             distance[offset[g] : offset[g + 1], m] = np.abs(place - np.median(place))

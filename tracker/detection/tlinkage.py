@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
@@ -96,7 +97,7 @@ def diagonal(points: Floats) -> float:
     for i in range(len(points)):
         low_x, high_x = min(low_x, points[i, 0]), max(high_x, points[i, 0])
         low_y, high_y = min(low_y, points[i, 1]), max(high_y, points[i, 1])
-    return math.hypot(high_x - low_x, high_y - low_y)
+    return elementary.hypot(high_x - low_x, high_y - low_y)
 
 
 @kernel()
@@ -111,7 +112,7 @@ def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
             near[count] = i
             count += distance[i] < tau
         for k in range(count):
-            table[h, near[k]] = math.exp(-distance[near[k]] / tau)
+            table[h, near[k]] = elementary.exp(-distance[near[k]] / tau)
     return table
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.detection.point_groups import by_group, by_key
@@ -46,7 +47,7 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, con
     limits = np.empty((0, 2)) if scan.sweep_limits is None else scan.sweep_limits.reshape(-1, 2)
     layers = 256 if scan.sweep_limits is None else scan.sweep_limits.shape[1]
     channel = scan.unit.astype(np.int64) * layers + scan.layer
-    range_m = np.hypot(scan.points_ego[:, 0], scan.points_ego[:, 1])
+    range_m = elementwise.hypot(scan.points_ego[:, 0], scan.points_ego[:, 1])
     time = np.asarray(scan.time_offset, dtype=np.float64)
     in_channels, start = by_group(channel[first], int(channel.max(initial=-1)) + 1)
     first = first.take(in_channels)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.detection.point_groups import any_within, extents_along
 from luxloop.tracker.detection.segmentation import SegmentationConfig, connect
@@ -21,7 +22,6 @@ TIGHT = 0.5
 """Share of the segmentation's radius within which parts of one wall follow one another: queued vehicles are farther
 apart, and adjacent points on a wall are nearer."""
 ANGLES = np.arange(0.0, np.pi, np.pi / 8)
-DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
 NORMALS = np.arange(0.0, math.pi, math.radians(3.0))
 """Directions of the normals of lines [rad]; the fit that follows finds the angle between two of them."""
 FITS = 3
@@ -166,7 +166,8 @@ def extents(points: Floats, part: Ints, over: Callable[..., Floats] = np.max) ->
 
     The largest is at most 2 % below the diameter of the part.
     """
-    return np.asarray(over(extents_along(points, part, int(part.max(initial=-1)) + 1, DIRECTIONS), axis=1))
+    directions = np.column_stack([elementwise.cos(ANGLES), elementwise.sin(ANGLES)])
+    return np.asarray(over(extents_along(points, part, int(part.max(initial=-1)) + 1, directions), axis=1))
 
 
 def straight_runs(points: Floats, beam_rad: float, segmentation: SegmentationConfig) -> tuple[Ints, Ints]:
@@ -186,10 +187,12 @@ def straight_runs(points: Floats, beam_rad: float, segmentation: SegmentationCon
         if len(band) < needed:
             break
         line = fitted(cells, band, HALF_WIDTH_M)
-        near = left & (np.abs(cells @ line[:2] - line[2]) <= 2.0 * HALF_WIDTH_M)
+        near = left & (np.abs(elementwise.product(cells, line[:2]) - line[2]) <= 2.0 * HALF_WIDTH_M)
         near[band] = True
         left &= ~near
-        on_line = np.flatnonzero((found == NOT_USED) & (np.abs(points @ line[:2] - line[2]) <= HALF_WIDTH_M))
+        on_line = np.flatnonzero(
+            (found == NOT_USED) & (np.abs(elementwise.product(points, line[:2]) - line[2]) <= HALF_WIDTH_M)
+        )
         run = unbroken(points[on_line], line, beam_rad, segmentation)
         run[run != NOT_USED] += found.max(initial=NOT_USED) + 1
         found[on_line] = run
@@ -210,7 +213,7 @@ def thinned(points: Floats, pitch: float) -> Floats:
 
 def densest_line(cells: Floats, half_width: float) -> Ints:
     """Return the cells (C, 2) in the band of a line that holds most of them; bands do not overlap."""
-    offset = cells @ np.array([np.cos(NORMALS), np.sin(NORMALS)])
+    offset = elementwise.product(cells, np.array([elementwise.cos(NORMALS), elementwise.sin(NORMALS)]))
     band = np.floor(offset / (2.0 * half_width)).astype(np.int64)
     band -= band.min()
     width = int(band.max()) + 1
@@ -225,9 +228,11 @@ def fitted(cells: Floats, band: Ints, half_width: float) -> Floats:
     for _ in range(FITS):
         mean = cells[band].mean(axis=0)
         away = cells[band] - mean
-        line[:2] = np.linalg.eigh(away.T @ away)[1][:, 0]
-        line[2] = line[:2] @ mean
-        inside = np.flatnonzero(np.abs(cells @ line[:2] - line[2]) <= half_width)
+        (xx, xy), (_, yy) = elementwise.product(away.T, away)
+        direction = 0.5 * elementary.atan2(2.0 * xy, xx - yy)
+        line[:2] = -elementary.sin(direction), elementary.cos(direction)
+        line[2] = elementwise.product(line[:2], mean)
+        inside = np.flatnonzero(np.abs(elementwise.product(cells, line[:2]) - line[2]) <= half_width)
         if len(inside) < len(band):
             break
         band = inside
@@ -238,10 +243,10 @@ def unbroken(points: Floats, line: Floats, beam_rad: float, segmentation: Segmen
     """(P,) run of each point on a line: parts without gaps that are long enough, numbered along the line."""
     if not len(points):
         return np.empty(0, dtype=np.int64)
-    along = points @ np.array([-line[1], line[0]])
-    order = np.argsort(along)
+    along = elementwise.product(points, np.array([-line[1], line[0]]))
+    order = np.argsort(along, kind="stable")
     along = along[order]
-    range_m = np.hypot(along, line[2])
+    range_m = elementwise.hypot(along, line[2])
     grazing = GAP_M + 3.0 * beam_rad * range_m**2 / max(abs(float(line[2])), GAP_M)
     limit = np.minimum(segmentation.radius_m + segmentation.radius_per_m * range_m, grazing)
     broken = np.diff(along, prepend=along[0]) > np.maximum(limit, np.append(limit[0], limit[:-1]))

@@ -1,12 +1,12 @@
 """Data association: cost and gate (5) of each pair of track and box, and their assignment (4)."""
 
-import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 import scipy
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
@@ -147,13 +147,13 @@ def score_models(
         xx, yy = of_track[m, 0, 0] + box_xx, of_track[m, 1, 1] + box_yy  # B = H P H' + R
         xy = of_track[m, 0, 1] + of_box[0, 1]
         squared = squared_distance(innovation[m], xx, xy, yy)
-        log_likelihood[m] = math.log(probability[m]) - 0.5 * (squared + math.log(xx * yy - xy * xy))
+        log_likelihood[m] = elementary.log(probability[m]) - 0.5 * (squared + elementary.log(xx * yy - xy * xy))
         if probability[m] >= likely_min:
             nearest = min(nearest, squared, squared_distance(lenient[m], xx, xy, yy))
     highest, total = log_likelihood.max(), 0.0
     for m in range(len(probability)):
-        total += math.exp(log_likelihood[m] - highest)
-    return highest + math.log(total), nearest
+        total += elementary.exp(log_likelihood[m] - highest)
+    return highest + elementary.log(total), nearest
 
 
 @kernel()

@@ -7,6 +7,7 @@ length, and within the speed of any vehicle.
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.tracking.hypotheses import Hypotheses, Predictions
@@ -37,7 +38,9 @@ SIDE_MIN_M = 1.0
 
 def nearby(hypotheses: Hypotheses) -> Bools:
     """(T, B) mask of boxes that are at the place of the track."""
-    return np.asarray(np.hypot(hypotheses.innovation[:, :, 0, 0], hypotheses.innovation[:, :, 0, 1]) < NEARBY_M)
+    return np.asarray(
+        elementwise.hypot(hypotheses.innovation[:, :, 0, 0], hypotheses.innovation[:, :, 0, 1]) < NEARBY_M
+    )
 
 
 def second_views(

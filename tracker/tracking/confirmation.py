@@ -1,11 +1,11 @@
 """Track confirmation: probability that a track is a vehicle, from the shape of its views and from its motion."""
 
-import cmath
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.tracking.orientation import correlated_sum
@@ -66,7 +66,7 @@ class ConfirmationConfig:
 
 def log_odds(probability: float) -> float:
     """Return the log-odds of a probability."""
-    return math.log(probability / (1.0 - probability))
+    return elementary.log(probability / (1.0 - probability))
 
 
 def view_log_odds(size: Floats, untruncated: Bools, flat: bool) -> float:
@@ -93,7 +93,7 @@ def reacquire(tracks: TrackTable, t: int, same: float, config: ConfirmationConfi
     Another object is a vehicle with the prior probability of new tracks. Motion counts again as soon as the object
     moves, as the vehicle did.
     """
-    vehicle = same / (1.0 + math.exp(-vehicle_odds(tracks, t))) + (1.0 - same) * config.vehicle_prior
+    vehicle = same / (1.0 + elementary.exp(-vehicle_odds(tracks, t))) + (1.0 - same) * config.vehicle_prior
     tracks.prior_log_odds[t] = log_odds(min(vehicle, CERTAIN))
     tracks.moved_before_hidden[t] |= tracks.left[t]
     tracks.left[t] = False
@@ -106,7 +106,7 @@ def footprint(tracks: TrackTable, t: int) -> tuple[float, float, float, float, f
     """Return x, y [m], heading, length and width [m] of the visible part of a vehicle."""
     (x, y), (front, left) = tracks.estimate[t, :2].tolist(), tracks.corner_sign[t].tolist()
     (length, width), heading = tracks.visible_size[t].tolist(), tracks.yaw.item(t, 0)
-    middle = complex(x, y) - complex(0.5 * front * length, 0.5 * left * width) * cmath.rect(1.0, heading)
+    middle = complex(x, y) - complex(0.5 * front * length, 0.5 * left * width) * elementary.rotation(heading)
     return middle.real, middle.imag, heading, length, width
 
 
@@ -117,8 +117,8 @@ def clear_of(one: tuple[float, ...], other: tuple[float, ...]) -> tuple[bool, bo
     centre moves like that of a vehicle, but it always overlaps its first footprint.
     """
     (x, y, heading, length, width), (other_x, other_y, other_heading, other_length, other_width) = one, other
-    away = complex(x - other_x, y - other_y) * cmath.rect(1.0, -heading)
-    turn = cmath.rect(1.0, other_heading - heading)
+    away = complex(x - other_x, y - other_y) * elementary.rotation(-heading)
+    turn = elementary.rotation(other_heading - heading)
     cos, sin = abs(turn.real), abs(turn.imag)
     along = 0.5 * (length + cos * other_length + sin * other_width)
     across = 0.5 * (width + sin * other_length + cos * other_width)
@@ -157,7 +157,7 @@ def check_motion(
 
 def end_moves(tracks: TrackTable, t: int, faces: tuple[bool, bool], end_visible: Bools, corner_sign: Ints) -> bool:
     """Return True if a visible end is away from its first place; remember the place of an end that is new."""
-    corner, back = complex(*tracks.estimate[t, :2].tolist()), cmath.rect(1.0, -tracks.yaw.item(t, 0))
+    corner, back = complex(*tracks.estimate[t, :2].tolist()), elementary.rotation(-tracks.yaw.item(t, 0))
     moves = False
     for axis, (visible, face, sign) in enumerate(zip(end_visible.tolist(), faces, corner_sign.tolist(), strict=True)):
         if visible and face:

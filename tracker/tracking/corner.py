@@ -1,11 +1,11 @@
 """Tracked corner of each vehicle: its time-correlated error, its motion, and the change to another corner."""
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
@@ -27,7 +27,7 @@ def rotated(variance: Floats, heading: Floats) -> Floats:
     """(T, 2, 2) covariances with variances (T, 2) along and across headings (T,)."""
     covariance = np.empty((len(heading), 2, 2))
     for t in range(len(heading)):
-        x, y = math.cos(heading[t]), math.sin(heading[t])
+        x, y = elementary.cos(heading[t]), elementary.sin(heading[t])
         along, across = variance[t]
         covariance[t, 0, 0] = x * x * along + y * y * across
         covariance[t, 1, 1] = y * y * along + x * x * across
@@ -43,7 +43,7 @@ def released(variance: Floats, end_visible: Bools, covariance: Floats, heading: 
     """
     removed = np.zeros_like(variance)
     for t in range(len(heading)):
-        x, y = math.cos(heading[t]), math.sin(heading[t])
+        x, y = elementary.cos(heading[t]), elementary.sin(heading[t])
         if end_visible[t, 0]:
             removed[t, 0] = max(variance[t, 0] - variance_on(covariance[t], x, y), 0.0)
         if end_visible[t, 1]:
@@ -56,7 +56,7 @@ def observe(variance: Floats, end_visible: Bools, covariance: Floats, heading: F
     """(T, 2) variances after observations with covariances (T, 2, 2), exact on axes with a visible end (T, 2)."""
     observed = np.empty_like(variance)
     for t in range(len(heading)):
-        x, y = math.cos(heading[t]), math.sin(heading[t])
+        x, y = elementary.cos(heading[t]), elementary.sin(heading[t])
         observed[t, 0] = variance_on(covariance[t], x, y) if end_visible[t, 0] else max(variance[t, 0], least)
         observed[t, 1] = variance_on(covariance[t], -y, x) if end_visible[t, 1] else max(variance[t, 1], least)
     return observed
@@ -107,8 +107,8 @@ def density(tracks: "TrackTable", t: int, innovation: Floats, noise: Floats) -> 
     """
     error = rotated_covariance(tracks.corner_variance[t], tracks.heading.item(t))
     squared, determinant = mahalanobis(innovation, tracks.covariance[t, :, :2, :2] + noise + error)
-    each = np.exp(-0.5 * squared) / (2.0 * np.pi * np.sqrt(determinant))
-    return float(tracks.probability[t] @ each)
+    each = elementwise.exp(-0.5 * squared) / (2.0 * np.pi * np.sqrt(determinant))
+    return float((tracks.probability[t] * each).sum())
 
 
 def shift(tracks: "TrackTable", t: int, offset: Floats, yaw_rate: float) -> None:
@@ -144,7 +144,7 @@ def admit_speed(tracks: "TrackTable", t: int, innovation: Floats, time_offset: f
     since_s, first_offset = tracks.unobserved_s.item(t), tracks.first_offset_s.item(t)
     motion = innovation[tracks.probability[t].argmax()]
     elapsed = since_s + time_offset - first_offset
-    if elapsed <= 0.0 or np.hypot(*motion) <= 2.0 * config.initial_speed_std_mps * elapsed:
+    if elapsed <= 0.0 or elementwise.hypot(*motion) <= 2.0 * config.initial_speed_std_mps * elapsed:
         return innovation
     velocity = motion / elapsed
     shift(tracks, t, -first_offset * velocity, yaw_rate=0.0)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 from luxloop.tracker import free_space
@@ -58,7 +59,7 @@ def existence(unobserved_s: float, hidden: float, config: ExistenceConfig) -> fl
     """
     if hidden == 0.0:
         return 0.0
-    keeps = math.exp(-unobserved_s / config.course_s)
+    keeps = elementary.exp(-unobserved_s / config.course_s)
     return keeps * hidden / (keeps * hidden + (1.0 - keeps))
 
 
@@ -67,7 +68,7 @@ def same_vehicle(unobserved_s: float, density_per_m2: float, config: ExistenceCo
 
     The box has the predicted density [1/m^2] at its place.
     """
-    vehicle = math.exp(-unobserved_s / config.course_s) * density_per_m2
+    vehicle = elementary.exp(-unobserved_s / config.course_s) * density_per_m2
     return vehicle / (vehicle + CLUTTER_PER_M2)
 
 
@@ -96,12 +97,12 @@ def predicted_places(center: Floats, heading: Floats, length: Floats, covariance
     """
     places = np.empty((len(heading), len(QUANTILES) ** 2, len(ALONG), 2))
     for t in range(len(heading)):
-        cos, sin = math.cos(heading[t]), math.sin(heading[t])
+        cos, sin = elementary.cos(heading[t]), elementary.sin(heading[t])
         xx, xy, yy = covariance[t, 0, 0], covariance[t, 0, 1], covariance[t, 1, 1]
-        axis = 0.5 * math.atan2(2.0 * xy, xx - yy)  # of the largest variance
-        mean, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+        axis = 0.5 * elementary.atan2(2.0 * xy, xx - yy)  # of the largest variance
+        mean, half = 0.5 * (xx + yy), elementary.hypot(0.5 * (xx - yy), xy)
         major, minor = math.sqrt(mean + half), math.sqrt(max(mean - half, 0.0))
-        x, y = math.cos(axis), math.sin(axis)
+        x, y = elementary.cos(axis), elementary.sin(axis)
         for k in range(places.shape[1]):
             first, second = QUANTILES[k % len(QUANTILES)] * major, QUANTILES[k // len(QUANTILES)] * minor
             for a in range(len(ALONG)):

@@ -125,7 +125,7 @@ def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
 
     def element(i: int, j: int) -> float:
         power = i + j + 1
-        return float(dt**power / (power * math.factorial(i) * math.factorial(j)) * spectral_density)
+        return math.prod(power * [dt]) / (power * math.factorial(i) * math.factorial(j)) * spectral_density
 
     return np.array([[element(i, j) for j in integrations] for i in integrations])
 

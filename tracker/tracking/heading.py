@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats
 from luxloop.tracker.geometry import QUARTER, wrap
 from luxloop.tracker.tracking import orientation
@@ -113,7 +114,7 @@ def predicted(turn: Turn, dt: float, speed_mps: float) -> Turn:
     """
     p, c, r = turn.variance
     tau, std = YAW_RATE_TIME_S, yaw_rate_std(speed_mps)
-    keeps = math.exp(-dt / tau)
+    keeps = elementary.exp(-dt / tau)
     gained = tau * (1.0 - keeps)
     across = max(2.0 * dt / tau - 3.0 + 4.0 * keeps - keeps**2, 0.0) * (std * tau) ** 2
     variance = (
@@ -133,7 +134,7 @@ def corrected(turn: Turn, heading: float, variance: float) -> tuple[Turn, float]
     """
     (p, c, r), residual, share = turn.variance, heading - turn.heading, HEADING_OUTLIER_FRACTION
     innovation = p + variance
-    density = math.exp(-0.5 * residual**2 / innovation) / math.sqrt(2.0 * math.pi * innovation)
+    density = elementary.exp(-0.5 * residual**2 / innovation) / math.sqrt(2.0 * math.pi * innovation)
     outlier = share / QUARTER / (share / QUARTER + (1.0 - share) * density)
     good, gain, gain_rate = 1.0 - outlier, p / innovation, c / innovation
     spread = good * (outlier * residual**2 - innovation)

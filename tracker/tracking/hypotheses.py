@@ -1,11 +1,11 @@
 """Hypotheses: every box as an observation of every track, with the ends of the vehicle that it shows."""
 
-import cmath
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.bounds import require_within
@@ -354,7 +354,7 @@ def interpret_pairs(
     innovation, innovation_lenient = np.empty((*shape, count, 2)), np.empty((*shape, count, 2))
     faceless, ambiguity = np.empty((*shape, 2, 2)), np.empty((*shape, 2, 2))
     for t in range(shape[0]):
-        along, track = cmath.rect(1.0, heading[t]), (size[t], known[t], tracked[t])
+        along, track = elementary.rotation(heading[t]), (size[t], known[t], tracked[t])
         to_corner = along * complex(0.5 * tracked[t, 0] * size[t, 0], 0.5 * tracked[t, 1] * size[t, 1])
         center = complex(position[t, best[t], 0], position[t, best[t], 1]) - to_corner
         for b in range(shape[1]):
@@ -362,7 +362,7 @@ def interpret_pairs(
             view = own, near[t, b], cut[t, b], place, complex(sensor[b, 0], sensor[b, 1])
             ends(center, along, track, view, settings[0], end_visible[t, b], corner[t, b])
             half = 0.5 * complex(near[t, b, 0] * own[0], near[t, b, 1] * own[1])
-            half *= cmath.rect(1.0, box_heading[t, b] - heading[t])
+            half *= elementary.rotation(box_heading[t, b] - heading[t])
             free_along, free_across, view_ends = True, True, (own, view[1], end_visible[t, b])
             for m in range(count):
                 moved = complex(velocity[t, m, 0], velocity[t, m, 1]) * time_offset[b]

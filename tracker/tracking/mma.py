@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 from luxloop.tracker.records import MODELS
@@ -103,13 +104,13 @@ def transitions(mean: Floats, covariance: Floats, changes: Changes) -> Floats:
 @kernel()
 def slow(mean: Floats, covariance: Floats, limit_mps: float) -> float:
     """Probability by a filter that the speed along its direction of motion is below the limit."""
-    speed = math.hypot(mean[2], mean[3])
+    speed = elementary.hypot(mean[2], mean[3])
     x, y = 1.0, 0.0
     if speed > NO_SPEED_MPS:
         x, y = mean[2] / speed, mean[3] / speed
     variance = x * x * covariance[2, 2] + 2.0 * x * y * covariance[2, 3] + y * y * covariance[3, 3]
     scale = 1.0 / math.sqrt(2.0 * variance)
-    return 0.5 * (math.erfc((speed - limit_mps) * scale) - math.erfc((speed + limit_mps) * scale))
+    return 0.5 * (elementary.erfc((speed - limit_mps) * scale) - elementary.erfc((speed + limit_mps) * scale))
 
 
 @kernel()
@@ -165,11 +166,11 @@ def update(probability: Floats, evidence: Floats, floor: float) -> Floats:
     for t in range(count):
         highest = -np.inf
         for m in range(models):
-            posterior[t, m] = math.log(probability[t, m]) + evidence[t, m]
+            posterior[t, m] = elementary.log(probability[t, m]) + evidence[t, m]
             highest = max(highest, posterior[t, m])
         total = 0.0
         for m in range(models):
-            posterior[t, m] = math.exp(posterior[t, m] - highest)
+            posterior[t, m] = elementary.exp(posterior[t, m] - highest)
             total += posterior[t, m]
         total_above = 0.0
         for m in range(models):
@@ -199,16 +200,16 @@ def score(covariance: Floats, innovation: Floats, noise: Floats, tail_dof: float
         for m in range(models):
             squared, determinant = mahalanobis(innovation[t, m], covariance[t, m], noise[t])
             nearest = min(nearest, squared)
-            tail = -0.5 * (tail_dof + 2.0) * math.log1p(squared / tail_dof)
-            evidence[t, m] = tail - 0.5 * math.log((2.0 * math.pi) ** 2 * determinant)
+            tail = -0.5 * (tail_dof + 2.0) * elementary.log1p(squared / tail_dof)
+            evidence[t, m] = tail - 0.5 * elementary.log((2.0 * math.pi) ** 2 * determinant)
         scale[t] = max(1.0, (tail_dof + nearest) / (tail_dof + 2.0))
     return evidence, scale
 
 
 def changes(dt: float, config: MmaConfig, models: tuple[str, ...]) -> Changes:
     """Return the changes of the mode within `dt` [s]."""
-    leaves = -math.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
-    stops = -math.expm1(-dt / STOPPING_TIME_S)
+    leaves = -elementary.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
+    stops = -elementary.expm1(-dt / STOPPING_TIME_S)
     stationary = models.index("stationary") if "stationary" in models else -1
     return Changes(leaves, stops, stationary, LEAST_PROBABILITY)
 

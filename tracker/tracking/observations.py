@@ -1,10 +1,10 @@
 """Boxes in the odometry frame, with noise floors."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.geometry import rotate
@@ -74,7 +74,7 @@ def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observ
 @kernel()
 def turned_covariances(covariance: Floats, yaw: float, floors: tuple[float, float]) -> Floats:
     """(B, 3, 3) covariances of x, y and heading, turned by a yaw angle, plus variances of position and heading."""
-    x, y = math.cos(yaw), math.sin(yaw)
+    x, y = elementary.cos(yaw), elementary.sin(yaw)
     turned = np.empty((len(covariance), 3, 3))
     for b in range(len(covariance)):
         xx, xy, yy = covariance[b, 0, 0], covariance[b, 0, 1], covariance[b, 1, 1]

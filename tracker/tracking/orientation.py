@@ -1,10 +1,10 @@
 """Front of a vehicle: resolves the quarter-turn ambiguity of a rectangle's heading, without flips."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.geometry import QUARTER, wrap
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow
@@ -87,7 +87,7 @@ def course(velocity: complex, covariance: tuple[float, float, float]) -> Course 
         return None
     if yy * x * x - 2.0 * xy * x * y + xx * y * y < COURSE_SIGMA**2 * (xx * yy - xy * xy):
         return None
-    return Course(math.atan2(y, x), (xx * y * y - 2.0 * xy * x * y + yy * x * x) / squared**2)
+    return Course(elementary.atan2(y, x), (xx * y * y - 2.0 * xy * x * y + yy * x * x) / squared**2)
 
 
 def by_course(heading: float, course: float) -> int:

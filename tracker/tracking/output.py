@@ -1,9 +1,8 @@
 """Conversion of tracks to the `Tracks` record."""
 
-import math
-
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.records import MODEL_NAMES, PREDICTION_S, Tracks
@@ -113,7 +112,7 @@ def lasting(ahead_s: float, mode_time_s: float) -> float:
     a exp(-t / T), whose double integral over the time h is a T^2 (exp(-h / T) + h / T - 1).
     """
     share = ahead_s / mode_time_s
-    return 2.0 * (math.expm1(-share) + share) / share**2 if share > 1e-3 else 1.0 - share / 3.0
+    return 2.0 * (elementary.expm1(-share) + share) / share**2 if share > 1e-3 else 1.0 - share / 3.0
 
 
 @kernel()

@@ -1,9 +1,8 @@
 """Prediction of all tracks to the time of a scan."""
 
-import cmath
-
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.tracker.tracking import corner, mma
 from luxloop.tracker.tracking.existence import existence
@@ -61,7 +60,7 @@ def turns(tracks: TrackTable) -> list[Turn]:
 
 def from_axle(tracks: TrackTable, t: int) -> complex:
     """Return the vector from the middle of the rear axle to the tracked corner, odometry frame [m]."""
-    return axle_to_corner(tracks.corner_sign[t], tracks.size[t]) * cmath.rect(1.0, tracks.yaw.item(t, 0))
+    return axle_to_corner(tracks.corner_sign[t], tracks.size[t]) * elementary.rotation(tracks.yaw.item(t, 0))
 
 
 def bank_motions(tracks: TrackTable, own: list[Motion], config: TrackConfig) -> list[Motion]:

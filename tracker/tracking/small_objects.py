@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.geometry import rotate
 from luxloop.tracker.kernels import inside
@@ -101,7 +102,7 @@ class SmallObjects:
         whole = np.all(vehicles.whole_views >= small_tracks.WHOLE_VIEWS_MIN, axis=1)
         for t in np.flatnonzero((vehicles.status == CONFIRMED) & looks_small(vehicles)).tolist():
             offset = shown.mean[:, :2] - confirmation.footprint(vehicles, t)[:2]
-            near = np.hypot(offset[:, 0], offset[:, 1]) < small_tracks.SAME_M
+            near = elementwise.hypot(offset[:, 0], offset[:, 1]) < small_tracks.SAME_M
             if not near.any():
                 continue
             if whole[t] and not small[t]:  # its size is the prior: all of it was seen, and that is small
@@ -126,7 +127,7 @@ class SmallObjects:
         mean = self._tracks.mean
         near, velocity = cover(vehicles, mean[:, :2], small_tracks.ATTACHED_M), vehicles.velocity
         difference = np.linalg.norm(mean[:, None, 2:] - velocity[None], axis=2)
-        moving = np.hypot(velocity[:, 0], velocity[:, 1]) > small_tracks.ATTACHED_SPEED_MPS
+        moving = elementwise.hypot(velocity[:, 0], velocity[:, 1]) > small_tracks.ATTACHED_SPEED_MPS
         attached = near & (difference < small_tracks.ATTACHED_SPEED_MPS) & moving
         return np.asarray((cover(vehicles, mean[:, :2], small_tracks.VEHICLE_MARGIN_M) | attached).any(axis=1))
 

@@ -6,6 +6,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from luxloop import elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.records import SmallBoxes, Status
 
@@ -138,12 +139,12 @@ class SmallTracks:
     @property
     def speed(self) -> Floats:
         """(K,) [m/s]."""
-        return np.hypot(self.mean[:, 2], self.mean[:, 3])
+        return elementwise.hypot(self.mean[:, 2], self.mean[:, 3])
 
     @property
     def heading(self) -> Floats:
         """(K,) direction of motion [rad]."""
-        return np.arctan2(self.mean[:, 3], self.mean[:, 2])
+        return elementwise.atan2(self.mean[:, 3], self.mean[:, 2])
 
     @property
     def size(self) -> Floats:
@@ -190,8 +191,8 @@ def join(first: SmallTracks, second: SmallTracks) -> SmallTracks:
 def predict(tracks: SmallTracks, dt: float) -> None:
     """Move on by `dt` [s]: constant velocity, with white acceleration (Bar-Shalom, Li, Kirubarajan 2001, 6.2.2)."""
     transition, noise = _motion(dt, 2.0 * ACCELERATION_STD_MPS2**2 * ACCELERATION_TIME_S)
-    tracks.mean = tracks.mean @ transition.T
-    tracks.covariance = transition @ tracks.covariance @ transition.T + noise
+    tracks.mean = elementwise.product(tracks.mean, transition.T)
+    tracks.covariance = elementwise.product(elementwise.product(transition, tracks.covariance), transition.T) + noise
     tracks.unobserved_s += dt
 
 
@@ -201,7 +202,7 @@ def _motion(dt: float, density: float) -> tuple[Floats, Floats]:
     transition, noise = np.eye(4), np.zeros((4, 4))
     for axis in (0, 1):
         transition[axis, axis + 2] = dt
-        noise[axis, axis], noise[axis + 2, axis + 2] = density * (dt**3 / 3.0), density * dt
+        noise[axis, axis], noise[axis + 2, axis + 2] = density * (dt * dt * dt / 3.0), density * dt
         noise[axis, axis + 2] = noise[axis + 2, axis] = density * (dt**2 / 2.0)
     return transition, noise
 
@@ -210,7 +211,7 @@ def distances(tracks: SmallTracks, boxes: SmallBoxes) -> Floats:
     """(K, B) squared Mahalanobis distances of boxes from tracks."""
     residual = _residual(tracks.mean[:, None], boxes.center, boxes.time_offset)
     spread = tracks.covariance[:, :2, :2] + POSITION_STD_M**2 * np.eye(2)
-    return np.asarray(np.einsum("kbi,kij,kbj->kb", residual, np.linalg.inv(spread), residual))
+    return np.asarray((elementwise.product(residual, elementwise.inverse(spread)) * residual).sum(axis=2))
 
 
 def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints) -> None:
@@ -218,16 +219,16 @@ def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints) -> None
     old, covariance, size = tracks.mean[row], tracks.covariance[row], boxes.size[box]
     residual = _residual(old, boxes.center[box], boxes.time_offset[box])
     spread = covariance[:, :2, :2] + POSITION_STD_M**2 * np.eye(2)
-    gain = covariance[:, :, :2] @ np.linalg.inv(spread)
-    mean = old + (gain @ residual[:, :, None])[:, :, 0]
-    covariance = covariance - gain @ spread @ gain.swapaxes(1, 2)
+    gain = elementwise.product(covariance[:, :, :2], elementwise.inverse(spread))
+    mean = old + elementwise.product(gain, residual[:, :, None])[:, :, 0]
+    covariance = covariance - elementwise.product(elementwise.product(gain, spread), gain.swapaxes(1, 2))
     since = mean[:, :2] - old[:, :2] + tracks.unobserved_s[row, None] * old[:, 2:]
     tracks.mean[row], tracks.covariance[row] = mean, 0.5 * (covariance + covariance.swapaxes(1, 2))
-    tracks.way_m[row] += np.hypot(since[:, 0], since[:, 1])
+    tracks.way_m[row] += elementwise.hypot(since[:, 0], since[:, 1])
     tracks.hits[row] += 1
     tracks.unobserved_s[row] = 0.0
-    longer, rider = size.max(axis=1, initial=0.0), np.hypot(mean[:, 2], mean[:, 3]) > RIDER_SPEED_MPS
-    extent = _extents(size, boxes.heading[box] - np.arctan2(mean[:, 3], mean[:, 2]))
+    longer, rider = size.max(axis=1, initial=0.0), elementwise.hypot(mean[:, 2], mean[:, 3]) > RIDER_SPEED_MPS
+    extent = _extents(size, boxes.heading[box] - elementwise.atan2(mean[:, 3], mean[:, 2]))
     new = (tracks.extent, extent), (tracks.longer, longer), (tracks.rides, (longer > RIDER_EXTENT_M) | rider)
     for column, seen in new:
         column[row] += SIZE_GAIN * (seen - column[row])
@@ -236,7 +237,7 @@ def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints) -> None
 def settle(tracks: SmallTracks) -> None:
     """Update the status of the tracks at the end of a frame."""
     way, speed = tracks.mean[:, :2] - tracks.birthplace, tracks.speed
-    moved = np.hypot(way[:, 0], way[:, 1])
+    moved = elementwise.hypot(way[:, 0], way[:, 1])
     left = (speed > SPEED_MIN_MPS) & (moved > LEFT_M) & (moved > STRAIGHT_MIN * tracks.way_m)
     fits = (tracks.longer <= LENGTH_MAX_M) & (tracks.extent[:, 1] <= WIDTH_MAX_M)
     shown = left & (tracks.hits >= CONFIRM_HITS) & (tracks.unobserved_s == 0.0)
@@ -248,7 +249,7 @@ def settle(tracks: SmallTracks) -> None:
 
 def _extents(size: Floats, turn: Floats) -> Floats:
     """(P, 2) extents along and across the velocity of boxes of sizes (P, 2), whose headings are `turn` (P,) from it."""
-    cos, sin, (length, width) = np.abs(np.cos(turn)), np.abs(np.sin(turn)), size.T
+    cos, sin, (length, width) = np.abs(elementwise.cos(turn)), np.abs(elementwise.sin(turn)), size.T
     extents = np.empty_like(size)
     extents[:, 0], extents[:, 1] = cos * length + sin * width, sin * length + cos * width
     return extents

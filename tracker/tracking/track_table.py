@@ -1,6 +1,5 @@
 """All tracked vehicles as one table of arrays: every stage of tracking reads and changes its columns in place."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from operator import attrgetter
@@ -8,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.kernels import inside
@@ -247,7 +247,7 @@ def centers(corner: Floats, sign: Ints, heading: Floats, size: Floats) -> Floats
     """(B, 2) centres of boxes with corners (B, 2) of these signs (B, 2), headings (B,) and sizes (B, 2)."""
     center = np.empty((len(heading), 2))
     for b in range(len(heading)):
-        cos, sin = math.cos(heading[b]), math.sin(heading[b])
+        cos, sin = elementary.cos(heading[b]), elementary.sin(heading[b])
         along, across = 0.5 * sign[b, 0] * size[b, 0], 0.5 * sign[b, 1] * size[b, 1]
         center[b, 0] = corner[b, 0] - (cos * along - sin * across)
         center[b, 1] = corner[b, 1] - (sin * along + cos * across)

@@ -1,8 +1,8 @@
 """Agreement of the directions of neighbours with a heading, see `luxloop.tracker.tracking.traffic_flow`."""
 
-import math
 from dataclasses import dataclass
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.records import NO_TRACK
@@ -27,9 +27,9 @@ def axis_agreement(
     for k in range(len(direction)):
         if ids[k] == without_id:
             continue
-        weight = math.exp(-math.hypot(position[k, 0] - place[0], position[k, 1] - place[1]) / range_m)
+        weight = elementary.exp(-elementary.hypot(position[k, 0] - place[0], position[k, 1] - place[1]) / range_m)
         total += weight
-        agreement += weight * math.cos(2.0 * (direction[k] - heading))
+        agreement += weight * elementary.cos(2.0 * (direction[k] - heading))
     return total, agreement
 
 
@@ -50,15 +50,15 @@ def front_agreement(
     along the heading with the distance from the place (2,), and across it within a lane.
     """
     total, agreement = 0.0, 0.0
-    cos, sin = math.cos(heading), math.sin(heading)
+    cos, sin = elementary.cos(heading), elementary.sin(heading)
     for k in range(len(direction)):
         if ids[k] == without_id:
             continue
         x, y = position[k, 0] - place[0], position[k, 1] - place[1]
         along, across = cos * x + sin * y, cos * y - sin * x
-        weight = math.exp(-abs(along) / range_m - 0.5 * (across / lane_m) ** 2)
+        weight = elementary.exp(-abs(along) / range_m - 0.5 * (across / lane_m) ** 2)
         total += weight
-        agreement += weight * math.cos(direction[k] - heading)
+        agreement += weight * elementary.cos(direction[k] - heading)
     return total, agreement
 
 
@@ -100,14 +100,14 @@ class TrafficFlow:
     def axis_log_odds(self, place: Floats, heading: float) -> float:
         """Return the log-odds that a vehicle at `place` (2,) [m] is parallel to a heading [rad], not across."""
         agreement = axis_agreement(*self._others, place, heading, NEIGHBOUR_RANGE_M)
-        own = EGO_LOG_ODDS * math.cos(2.0 * (self.forward - heading))
+        own = EGO_LOG_ODDS * elementary.cos(2.0 * (self.forward - heading))
         return own + self._neighbours(*agreement)
 
     def front_log_odds(self, place: Floats, heading: float) -> float:
         """Return the log-odds that a vehicle at `place` (2,) [m] faces a heading [rad], not the opposite one."""
         limits = NEIGHBOUR_RANGE_M, LANE_STD_M
         agreement = front_agreement(*self._others, place, heading, *limits)
-        own = EGO_LOG_ODDS * math.cos(self.forward - heading)
+        own = EGO_LOG_ODDS * elementary.cos(self.forward - heading)
         return own + self._neighbours(*agreement)
 
     @property

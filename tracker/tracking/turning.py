@@ -1,11 +1,11 @@
 """Integrals over a turn. Vectors are complex numbers x + iy."""
 
-import cmath
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.records import TURNING_MODELS
@@ -27,7 +27,7 @@ def turned_integrals(rate: float, end: float) -> tuple[complex, complex]:
     if abs(angle) < SMALL_ANGLE:
         first = end * (1.0 + 0.5j * angle - angle**2 / 6)
         return first, end**2 * (0.5 + 1j * angle / 3 - angle**2 / 8)
-    last = cmath.exp(1j * rate * end)
+    last = elementary.rotation(angle)
     first = (last - 1.0) / (1j * rate)
     return first, (end * last - first) / (1j * rate)
 
@@ -74,7 +74,7 @@ def motion_direction(velocity: complex, heading: float, yaw_rate: float, from_ax
     The rear axle moves along the heading, and the corner at `from_axle` [m] from it has the `velocity` [m/s] of the
     axle plus that of the rotation. Below `LEAST_SPEED_MPS` the direction is the heading.
     """
-    forward = complex(np.exp(1j * heading))
+    forward = elementary.rotation(heading)
     lever = 1j * yaw_rate * from_axle
     speed = ((velocity - lever) * forward.conjugate()).real
     moves = speed * forward + lever
@@ -119,7 +119,7 @@ def with_turning_acceleration(
     m, dt = motion.names.index("ca"), motion.dt
     transition, noise = motion.models.transition.copy(), motion.models.noise.copy()
     transition[m] = accelerated_turn(yaw_rate, dt)
-    by_rate = 2.0 * yaw_rate * velocity * np.array([dt**3 / 6, dt**2 / 2, dt], dtype=np.complex128)
+    by_rate = 2.0 * yaw_rate * velocity * np.array([dt * dt * dt / 6, dt * dt / 2, dt], dtype=np.complex128)
     noise[m] += variance * outer(by_rate)
     return Motion(dt, motion.names, Step(transition, noise), motion.heading)
 
@@ -128,16 +128,16 @@ def transition_of(name: str, turn: Turn, dt: float) -> Floats:
     """(6, 6) transition matrix of a turning model."""
     if name == "ctrv":
         rate, (first, _) = 1j * turn.yaw_rate, turned_integrals(turn.yaw_rate, dt)
-        end = cmath.exp(rate * dt)
+        end = elementary.rotation(turn.yaw_rate * dt)
         return real(np.array([[1.0, first, 0.0], [0.0, end, 0.0], [0.0, rate * end, 0.0]]))
     moved = accelerated_turn(turn.yaw_rate, dt)
-    return moved @ along(turn.direction, turn.yaw_rate) if name == "two-axle" else moved
+    return elementwise.product(moved, along(turn.direction, turn.yaw_rate)) if name == "two-axle" else moved
 
 
 def accelerated_turn(yaw_rate: float, dt: float) -> Floats:
     """(6, 6) transition matrix of a turn [rad/s] with a constant change of speed, the model `ctra`."""
     rate, (first, second) = 1j * yaw_rate, turned_integrals(yaw_rate, dt)
-    end = cmath.exp(rate * dt)
+    end = elementary.rotation(yaw_rate * dt)
     by_speed = np.array(
         [
             [1.0, first - rate * second, second],
@@ -155,7 +155,7 @@ def along(direction: complex, yaw_rate: float) -> Floats:
     centripetal = np.zeros((3, 3), dtype=np.complex128)
     centripetal[2, 1] = 1j * yaw_rate
     to_total = np.eye(6) + real(centripetal)
-    return np.asarray(to_total @ projection @ (2.0 * np.eye(6) - to_total))
+    return elementwise.product(elementwise.product(to_total, projection), 2.0 * np.eye(6) - to_total)
 
 
 def input_noise(name: str, turn: Turn, dt: float) -> Floats:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.tracker.vehicle_classes import (
@@ -144,7 +145,7 @@ HIDDEN_STD_M = 0.12
 SIZE_STD_FRACTION = 0.02
 """Standard deviation of an extent that grows with the side, as a fraction of it: errors of heading and beam spacing."""
 
-STD_M: Floats = np.hypot(HIDDEN_STD_M, SIZE_STD_FRACTION * GRID_M)
+STD_M: Floats = elementwise.hypot(HIDDEN_STD_M, SIZE_STD_FRACTION * GRID_M)
 """(G,) standard deviation of the extent of each side of `GRID_M` [m]."""
 
 NEGLIGIBLE_SIGMA = 12.0
@@ -166,7 +167,7 @@ def whole_density(extent: float, g: int, hidden: float) -> float:
     off = (extent - (GRID_M[g] - hidden)) / STD_M[g]
     if abs(off) > NEGLIGIBLE_SIGMA:
         return 0.0
-    return float(math.exp(-0.5 * off * off) / (STD_M[g] * math.sqrt(2.0 * math.pi)))
+    return float(elementary.exp(-0.5 * off * off) / (STD_M[g] * math.sqrt(2.0 * math.pi)))
 
 
 @kernel()
@@ -186,13 +187,15 @@ def add_view(
     for axis in range(2):
         if weight[axis] == 0.0:
             continue
-        highest, of_merged = -np.inf, math.log(MERGED_PROBABILITY)
+        highest, of_merged = -np.inf, elementary.log(MERGED_PROBABILITY)
         for g in range(len(GRID_M)):
             fits = observed[axis] < GRID_M[g] + MARGIN_M
             if whole[axis]:
                 seen = whole_density(observed[axis], g, hidden[axis])
                 piece = TRUNCATED_PROBABILITY / GRID_M[g] if fits else 0.0
-                log_density = math.log((1.0 - TRUNCATED_PROBABILITY) * seen + piece + MERGED_PROBABILITY / GRID_M[-1])
+                log_density = elementary.log(
+                    (1.0 - TRUNCATED_PROBABILITY) * seen + piece + MERGED_PROBABILITY / GRID_M[-1]
+                )
             else:
                 log_density = 0.0 if fits else of_merged
             value = (1.0 - forgetting[axis]) * log_likelihood[axis, g] + weight[axis] * log_density
@@ -215,7 +218,7 @@ def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats)
         for g in range(len(GRID_M)):
             piece = (1.0 - WHOLE_FRACTION) / GRID_M[g] if observed[axis] < GRID_M[g] + MARGIN_M else 0.0
             seen = whole_density(observed[axis], g, hidden[axis])
-            log_density = math.log(piece + WHOLE_FRACTION * seen + MERGED_PROBABILITY / GRID_M[-1])
+            log_density = elementary.log(piece + WHOLE_FRACTION * seen + MERGED_PROBABILITY / GRID_M[-1])
             mean[axis, g] += gain[axis] * (log_density - mean[axis, g])
 
 
@@ -261,7 +264,7 @@ def estimate(log_likelihood: Floats, of_pieces: Floats) -> tuple[Floats, Floats]
     likelihood = np.empty_like(log_likelihood)
     for axis in range(2):
         for g in range(len(GRID_M)):
-            likelihood[axis, g] = math.exp(log_likelihood[axis, g] + of_pieces[axis, g])
+            likelihood[axis, g] = elementary.exp(log_likelihood[axis, g] + of_pieces[axis, g])
     probability = posterior(likelihood, CLASS_FRACTION, PRIOR)
     size, std = np.empty(2), np.empty(2)
     for axis in range(2):

@@ -3,10 +3,9 @@
 A box is (x, y, yaw, length, width) about its centre [m, rad].
 """
 
-import math
-
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 
@@ -42,10 +41,10 @@ def shared_areas(a: Floats, b: Floats) -> Floats:
     """(N,) areas of the intersections of boxes `a` (N, 5) and `b` (N, 5), row by row [m^2]."""
     area, polygon, clipped = np.zeros(len(a)), np.empty((VERTICES_MAX, 2)), np.empty((VERTICES_MAX, 2))
     for n in range(len(a)):
-        cos, sin = math.cos(a[n, 2]), math.sin(a[n, 2])
+        cos, sin = elementary.cos(a[n, 2]), elementary.sin(a[n, 2])
         dx, dy = b[n, 0] - a[n, 0], b[n, 1] - a[n, 1]
         x, y = cos * dx + sin * dy, cos * dy - sin * dx
-        cos, sin = math.cos(b[n, 2] - a[n, 2]), math.sin(b[n, 2] - a[n, 2])
+        cos, sin = elementary.cos(b[n, 2] - a[n, 2]), elementary.sin(b[n, 2] - a[n, 2])
         for i in range(4):
             u, v = 0.5 * SIGNS[i][0] * b[n, 3], 0.5 * SIGNS[i][1] * b[n, 4]
             polygon[i, 0], polygon[i, 1] = x + cos * u - sin * v, y + sin * u + cos * v

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 
@@ -59,7 +60,7 @@ def _depth_below_road(box: Floats, attitude: Floats) -> float:
     if box[0, 2] > _ON_ROAD_M:
         return 0.0
     reach_x, reach_y = max(-box[0, 0], box[1, 0]), max(-box[0, 1], box[1, 1])
-    return float(reach_x * abs(np.tan(attitude[0])) + reach_y * abs(np.tan(attitude[1])))
+    return float(reach_x * abs(elementary.tan(attitude[0])) + reach_y * abs(elementary.tan(attitude[1])))
 
 
 @kernel()

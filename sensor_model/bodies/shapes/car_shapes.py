@@ -5,6 +5,7 @@
 
 import math
 
+from luxloop import elementary
 from luxloop.sensor_model.bodies.materials import Glass
 from luxloop.sensor_model.bodies.proportions import Draw, car_proportions
 from luxloop.sensor_model.bodies.proportions.car_proportions import CarProportions
@@ -75,7 +76,7 @@ def van(size: Vector, p: CarProportions, glass: Glass) -> list[Solid]:
     )  # fmt: skip
     # The load space begins at the cab's roof and slopes up to its own.
     front, belt = door + 0.3, p.hood_rear - 0.03
-    tail = (height - belt) / math.tan(math.radians(p.glazing.backlight_deg))
+    tail = (height - belt) / elementary.tan(math.radians(p.glazing.backlight_deg))
     load = prism(
         Part.BODY,
         [

@@ -1,9 +1,8 @@
 """Kernel that stores a raw frame and detects jumps across lanes."""
 
-import math
-
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sim.physical.kernels.records import BodyDimensions, RawHistory
@@ -49,7 +48,7 @@ def store_frame(
         body, yaw = rows[n], pose[n, 2]
         ahead = 0.5 * dimensions.length[body] if rolling else 0.0
         raw, path = history.raw[body, row], history.path[body, row]
-        raw[0], raw[1], raw[2] = pose[n, 0] + ahead * math.cos(yaw), pose[n, 1] + ahead * math.sin(yaw), yaw
+        raw[0], raw[1], raw[2] = pose[n, 0] + ahead * elementary.cos(yaw), pose[n, 1] + ahead * elementary.sin(yaw), yaw
         path[:] = raw
         history.speed[body, row] = speed[n]
         history.frame[body, row] = frame
@@ -70,10 +69,10 @@ def _step_course(start: Floats, end: Floats, before: float, dt: float) -> tuple[
     points diagonally across both lanes.
     """
     x, y = end[0] - start[0], end[1] - start[1]
-    cos, sin = math.cos(before), math.sin(before)
+    cos, sin = elementary.cos(before), elementary.sin(before)
     across, along = y * cos - x * sin, x * cos + y * sin
     if JUMP_SPEED * dt + CORNER * abs(along) < abs(across) <= JUMP_LONGEST:
         return before, across
     if x * x + y * y > LEAST_STEP**2:
-        return math.atan2(y, x), 0.0
+        return elementary.atan2(y, x), 0.0
     return before, 0.0

@@ -1,9 +1,8 @@
 """Kernel that computes the motions of all bodies in a frame."""
 
-import math
-
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 from luxloop.sim.physical.kernels.path_following import advance_body, initialise_body
@@ -70,14 +69,14 @@ def frame_motions(
         if rolling:
             _follow_path(states, dimensions, body, frame, path, raw_yaw, dt)
             _write_motion(motion[n], states.state[body], dimensions, body)
-            front_x = states.state[body, X] + dimensions.front_offset[body] * math.cos(states.state[body, YAW])
-            front_y = states.state[body, Y] + dimensions.front_offset[body] * math.sin(states.state[body, YAW])
+            front_x = states.state[body, X] + dimensions.front_offset[body] * elementary.cos(states.state[body, YAW])
+            front_y = states.state[body, Y] + dimensions.front_offset[body] * elementary.sin(states.state[body, YAW])
         else:
             motion[n, :3], motion[n, 3:5], motion[n, 5:7] = path[0], path[1, :2], path[2, :2]
             motion[n, 7] = path[1, 2]
             front_x, front_y = path[0, 0], path[0, 1]
         motion[n, 2] = wrap_angle(motion[n, 2])
-        cos, sin = math.cos(path[0, 2]), math.sin(path[0, 2])
+        cos, sin = elementary.cos(path[0, 2]), elementary.sin(path[0, 2])
         error_x, error_y = front_x - raw_x, front_y - raw_y
         motion[n, 9], motion[n, 10] = error_x * cos + error_y * sin, error_y * cos - error_x * sin
     return motion
@@ -119,7 +118,7 @@ def _trailer_rate(state: Floats, dimensions: BodyDimensions, body: int, yaw: flo
     articulation = state[YAW] - yaw
     kingpin_speed = dimensions.kingpin_offset[body] * state[YAW_RATE]
     rate: float = (
-        state[SPEED] * math.sin(articulation) + kingpin_speed * math.cos(articulation)
+        state[SPEED] * elementary.sin(articulation) + kingpin_speed * elementary.cos(articulation)
     ) / dimensions.trailer_wheelbase[body]
     return rate
 
@@ -128,7 +127,7 @@ def _trailer_rate(state: Floats, dimensions: BodyDimensions, body: int, yaw: flo
 def _write_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, body: int) -> None:
     """Write a body's motion except its deviation; of an articulated vehicle the trailer's box, of a tram the front."""
     ahead = dimensions.motion_offset[body]
-    cos, sin = math.cos(state[YAW]), math.sin(state[YAW])
+    cos, sin = elementary.cos(state[YAW]), elementary.sin(state[YAW])
     swing = ahead * state[YAW_RATE]
     along = state[ACCELERATION] - swing * state[YAW_RATE]
     across = state[SPEED] * state[YAW_RATE] + ahead * state[YAW_ACCELERATION]
@@ -144,7 +143,7 @@ def _write_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, bod
 def _trailer_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, body: int) -> None:
     """Replace the kingpin's motion by that of the box centre behind it, along the trailer."""
     yaw, rate, centre_offset = state[TRAILER_YAW], state[TRAILER_RATE], dimensions.centre_offset[body]
-    cos, sin = math.cos(yaw), math.sin(yaw)
+    cos, sin = elementary.cos(yaw), elementary.sin(yaw)
     along = motion[3] * cos + motion[4] * sin
     turning = (motion[6] * cos - motion[5] * sin - rate * along) / dimensions.trailer_wheelbase[body]
     motion[8] = wrap_angle(state[YAW] - yaw)

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 from luxloop.sim.physical.kernels.records import ACCELERATION, LAG, SPEED, YAW, YAW_RATE, X, Y
@@ -38,7 +39,7 @@ from luxloop.sim.physical.limits import (
 @kernel()
 def initialise_body(state: Floats, target: Floats, yaw: float, front_offset: float, yaw_rate_max: float) -> None:
     """Initialise a body `state` (10,) at a yaw [rad], with its front on the path at `target` (6,), in steady motion."""
-    cos, sin = math.cos(yaw), math.sin(yaw)
+    cos, sin = elementary.cos(yaw), elementary.sin(yaw)
     speed = max(target[2] * cos + target[3] * sin, 0.0)
     state[:] = 0.0
     state[X], state[Y], state[YAW] = target[0] - front_offset * cos, target[1] - front_offset * sin, yaw
@@ -78,8 +79,8 @@ def advance_body(
     target = np.empty(6)
     for step in range(steps):
         left = dt * (steps - step - 1) / steps
-        front_x = state[X] + front_offset * math.cos(state[YAW])
-        front_y = state[Y] + front_offset * math.sin(state[YAW])
+        front_x = state[X] + front_offset * elementary.cos(state[YAW])
+        front_y = state[Y] + front_offset * elementary.sin(state[YAW])
         _interpolate_trail(trail, first_frame, frame, left + dt / steps + state[LAG], dt, target)
         state[LAG] = _next_lag(state[LAG], target[0] - front_x, target[1] - front_y, target[2], target[3])
         _interpolate_trail(trail, first_frame, frame, left + state[LAG], dt, target)
@@ -98,8 +99,8 @@ def _follow_step(
     dt: float,
 ) -> None:
     """Advance a body by one step towards the path's `target` (6,) at the end of the step."""
-    cos, sin, lag = math.cos(state[YAW]), math.sin(state[YAW]), state[LAG]
-    speed = math.hypot(target[2], target[3])
+    cos, sin, lag = elementary.cos(state[YAW]), elementary.sin(state[YAW]), state[LAG]
+    speed = elementary.hypot(target[2], target[3])
     moving = speed > STANDING
     error_x = target[0] - dt * target[2] + 0.5 * dt**2 * target[4] - front_x
     error_y = target[1] - dt * target[3] + 0.5 * dt**2 * target[5] - front_y
@@ -107,19 +108,19 @@ def _follow_step(
 
     # steering commands take effect after a delay
     yaw_ahead = state[YAW] + state[YAW_RATE] * (dt + STEERING_S)
-    cos, sin = math.cos(yaw_ahead), math.sin(yaw_ahead)
+    cos, sin = elementary.cos(yaw_ahead), elementary.sin(yaw_ahead)
     velocity_x, velocity_y = target[2] + STEERING_S * target[4], target[3] + STEERING_S * target[5]
     across = velocity_y * cos - velocity_x * sin
-    steer = math.atan2(across, velocity_x * cos + velocity_y * sin)
-    steer += clamp(math.atan(cross_error / (AIM_M + AIM_S * speed)), AIM_RAD)
+    steer = elementary.atan2(across, velocity_x * cos + velocity_y * sin)
+    steer += clamp(elementary.atan(cross_error / (AIM_M + AIM_S * speed)), AIM_RAD)
     angle = clamp(steer, STEERING)
-    curvature = math.tan(angle) / front_offset if moving else 0.0
+    curvature = elementary.tan(angle) / front_offset if moving else 0.0
 
     catch_up_speed = 0.0
     if abs(steer) <= STEERING:
         distance_behind = lag * max(speed, SLOW) if moving else along_error
         catch_up_speed = clamp(CATCH_UP * distance_behind, max(CATCH_UP_SHARE * speed, CATCH_UP_LEAST))
-    speed_target, speed_max = max(speed * math.cos(angle) + catch_up_speed, 0.0), _speed_limit(target, speed)
+    speed_target, speed_max = max(speed * elementary.cos(angle) + catch_up_speed, 0.0), _speed_limit(target, speed)
     if not moving:
         speed_target = catch_up_speed if catch_up_speed > CREEP else 0.0
     feedforward = 0.0

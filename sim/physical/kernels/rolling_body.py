@@ -6,6 +6,7 @@ The rear axle does not slip: this is the kinematic bicycle model (Rajamani, "Veh
 
 import math
 
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.compiled import kernel
 from luxloop.sim.physical.kernels.records import (
@@ -41,7 +42,7 @@ def clamp(value: float, limit: float) -> float:
 @kernel()
 def yaw_rate_limit(speed: float, front_offset: float, yaw_rate_max: float) -> float:
     """Return the maximum yaw rate [rad/s] at a speed [m/s]."""
-    return min(speed * math.tan(STEERING) / front_offset, LATERAL_ACCELERATION / max(speed, 0.1), yaw_rate_max)
+    return min(speed * elementary.tan(STEERING) / front_offset, LATERAL_ACCELERATION / max(speed, 0.1), yaw_rate_max)
 
 
 @kernel()
@@ -80,9 +81,9 @@ def step_body(
     turn = 0.5 * (state[YAW_RATE] + yaw_rate) * dt
     middle = state[YAW] + 0.5 * turn
     if abs(turn) > 1e-9:
-        distance *= math.sin(0.5 * turn) / (0.5 * turn)  # the chord of the arc
-    state[X] += distance * math.cos(middle)
-    state[Y] += distance * math.sin(middle)
+        distance *= elementary.sin(0.5 * turn) / (0.5 * turn)  # the chord of the arc
+    state[X] += distance * elementary.cos(middle)
+    state[Y] += distance * elementary.sin(middle)
     state[YAW] += turn
     state[SPEED], state[ACCELERATION] = speed, acceleration
     state[YAW_RATE], state[YAW_ACCELERATION] = yaw_rate, yaw_acceleration

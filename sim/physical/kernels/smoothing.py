@@ -2,6 +2,7 @@
 
 import math
 
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.compiled import kernel
 
@@ -84,4 +85,4 @@ def _extrapolated_step(
         x_before, y_before, yaw_before = path[before % length]
         return x - x_before, y - y_before, wrap_angle(yaw - yaw_before)
     distance = sign * speed[(frame + sign * last) % length] * dt
-    return distance * math.cos(yaw), distance * math.sin(yaw), 0.0
+    return distance * elementary.cos(yaw), distance * elementary.sin(yaw), 0.0

@@ -65,7 +65,7 @@ def test_process_noise_is_that_of_filterpy(order):
     from filterpy.common import Q_continuous_white_noise
 
     for dt in (0.04, 0.08, 0.37):
-        assert (process_noise(order, dt, 0.7) == Q_continuous_white_noise(order, dt, 0.7)).all()
+        assert process_noise(order, dt, 0.7) == pytest.approx(Q_continuous_white_noise(order, dt, 0.7), rel=1e-15)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
