@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,14 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # The same examples in each run, at any speed of the machine. To search for others: --hypothesis-profile=default.
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.load_profile("fixed")
+
+
+@pytest.fixture(autouse=True)
+def _sys_path_is_restored() -> Iterator[None]:
+    """Trackers that run in this process leave their folders on the path, where later tests would find their modules."""
+    before = [*sys.path]
+    yield
+    sys.path[:] = before
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

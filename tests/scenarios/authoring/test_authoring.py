@@ -1,9 +1,12 @@
 """`luxloop egos` and `luxloop new`: every kind of source, and runs of what they write."""
 
 import gzip
+import io
 import json
 import shutil
 import tomllib
+from contextlib import redirect_stdout
+from functools import partial
 
 import numpy as np
 import pytest
@@ -24,18 +27,26 @@ CROSSING = CATALOG / "urban/sumo-crossing"
 WIZARD = NETS / "osm-wizard"
 
 
-@pytest.fixture
-def written(tmp_path, capfd):
-    """Return a function that writes a scenario from a source; it returns the scenario and the choices."""
-
-    def write(source, *options, duration="4"):
-        out = tmp_path / "new.toml"
+def write(out, source, *options, duration="4"):
+    """Write a scenario from a source; return the scenario and the choices."""
+    printed = io.StringIO()
+    with redirect_stdout(printed):
         assert main(["new", str(source), "--out", str(out), "--duration", duration, "--json", *options]) == 0
-        document = json.loads(capfd.readouterr().out)
-        assert document["out"] == str(out)
-        return Scenario.load(out), document["choices"]
+    document = json.loads(printed.getvalue())
+    assert document["out"] == str(out)
+    return Scenario.load(out), document["choices"]
 
-    return write
+
+@pytest.fixture
+def written(tmp_path):
+    """Return a function that writes a scenario from a source; it returns the scenario and the choices."""
+    return partial(write, tmp_path / "new.toml")
+
+
+@pytest.fixture(scope="module")
+def of_crossing(tmp_path_factory):
+    """The scenario of the crossing's net, and its choices: several candidates are simulated for it."""
+    return write(tmp_path_factory.mktemp("crossing") / "new.toml", CROSSING / "crossing.net.xml", "--window", "60")
 
 
 def run(scenario, tmp_path, capfd):
@@ -50,8 +61,8 @@ def run(scenario, tmp_path, capfd):
 # ---- luxloop new
 
 
-def test_a_net_with_its_routes(written, tmp_path, capfd):
-    scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60")
+def test_a_net_with_its_routes(of_crossing, tmp_path, capfd):
+    scenario, choices = of_crossing
     assert (scenario.folder / scenario.traffic.net).resolve() == (CROSSING / "crossing.net.xml").resolve()
     assert [(scenario.folder / name).name for name in scenario.traffic.additional] == ["buildings.add.xml"]
     assert scenario.duration_s == 4.0
@@ -229,8 +240,8 @@ def test_an_ego_that_a_car_hits_is_refused_since_its_own_limit_would_fail(tmp_pa
     assert not out.exists()
 
 
-def test_the_window_has_as_many_neighbours_as_it_says(written):
-    scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60")
+def test_the_window_has_as_many_neighbours_as_it_says(of_crossing):
+    scenario, choices = of_crossing
     from luxloop.scenarios.authoring.new_scenario import rehearse
 
     found = rehearse(scenario)
@@ -239,8 +250,8 @@ def test_the_window_has_as_many_neighbours_as_it_says(written):
     assert found.near >= 1.0
 
 
-def test_an_ego_that_was_asked_for(written, capfd, tmp_path):
-    best, _ = written(CROSSING / "crossing.net.xml", "--window", "60")  # one whose limits hold
+def test_an_ego_that_was_asked_for(of_crossing, written, capfd, tmp_path):
+    best, _ = of_crossing  # its limits hold
     ego = best.traffic.ego.removeprefix("vehicle:")
     scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60", "--ego", ego, "--force")
     assert scenario.traffic.ego == best.traffic.ego

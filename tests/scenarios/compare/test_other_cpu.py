@@ -39,6 +39,7 @@ def two_machines(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_run_of_another_instruction_set_is_the_same(two_machines, capsys):
     """The hashes differ on every CPU with one of the switched-off instructions; the comparison is exact on all."""
     pairs = pair(run_pairs.read_side(two_machines / "other.jsonl"), run_pairs.read_side(two_machines / "this"))

@@ -26,6 +26,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.slow
 def test_every_command_runs(tmp_path, monkeypatch, capsys):
     """In one folder and in order: the exports are graded."""
     monkeypatch.chdir(tmp_path)

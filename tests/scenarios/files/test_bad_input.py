@@ -12,8 +12,8 @@ from support.mutate_content import BYTES, XML
 from support.mutate_tables import WAYS
 from support.optional import need
 
-FAST = 6
-"""Mutations of each kind in `make test`."""
+FAST, SLOW = 3, 6
+"""Mutations of each kind in `make test`, and in `make slow` those after them: a refused run starts its traffic anew."""
 MOST_MB = 1024.0
 MOST_S = 20.0
 TIMEOUT_S = 3600.0
@@ -22,12 +22,16 @@ NEEDED = {"study": ("sweeps",), "boxes": ("mcap", "osi"), "imports": ("recording
 
 
 @pytest.mark.parametrize("kind", bad_input.KINDS)
-@pytest.mark.parametrize("share", ["some", pytest.param("all", marks=pytest.mark.soak)])
+@pytest.mark.parametrize(
+    "share",
+    ["some", pytest.param("more", marks=pytest.mark.slow), pytest.param("all", marks=pytest.mark.soak)],
+)
 def test_broken_input_is_refused_in_one_line(kind, share):
     for extra in NEEDED.get(kind, ()):
         need(extra)
-    count = FAST if share == "some" else bad_input.ALL[kind]
-    found = run_child(kind, 0, count)
+    first, end = {"some": (0, FAST), "more": (FAST, SLOW), "all": (0, bad_input.ALL[kind])}[share]
+    count = end - first
+    found = run_child(kind, first, count)
     print(f"{kind}: {count} mutations, exit codes {found['codes']}, at most {max(found['peak_mb']):.0f} MB, "
           f"{found['longest_s'][0]:.1f} s")  # fmt: skip
     assert found["faults"] == []

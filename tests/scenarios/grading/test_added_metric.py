@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import pytest
 from support import short_run
 
 ADDED = """
@@ -30,6 +31,7 @@ EXPECT = """
 """
 
 
+@pytest.mark.slow
 def test_an_added_metric_is_in_reports_expectations_comparisons_studies_and_gradings_of_files(tmp_path):
     path = short_run.write(tmp_path, short_run.TEXT.partition("[expect]")[0] + EXPECT)
     run = str(tmp_path / "a")

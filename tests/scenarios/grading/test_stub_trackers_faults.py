@@ -7,7 +7,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-from support import planted_faults, short_run
+from support import planted_faults, shared_scans, short_run
 from support.many_metrics import METRICS, SINGLE_FITS
 
 from luxloop.scenarios.grading.mma_metrics import band
@@ -48,6 +48,12 @@ PLAIN = (
 biases and drifts of a few centimetres stand out. The standing car is turned so that its track is soon confirmed."""
 CAUSES = ("mirror", "layer_overlap", "range_outlier")
 """Causes of noise in this scene."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _scans_are_simulated_once():
+    with shared_scans.shared():
+        yield
 
 
 @cache

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from support import short_run
+from support import shared_scans, short_run
 from support.many_metrics import METRICS, STANDARD
 from support.stub_trackers import BiasedYaw, Forgetful, GhostMaking, IdSwapping, OneFrameLate, Perfect
 
@@ -87,6 +87,12 @@ RIGHT = {"hota": 1.0, "deta": 1.0, "assa": 1.0, "loca": 1.0, "mota": 1.0, "idf1"
          "missed_share": 0.0, "time_to_confirm_p90_s": 0.0, "never_confirmed": 0.0, "gospa_m": 0.0,
          "length_abs_mean_m": 0.0,
          "velocity_abs_mean_mps": 0.0, "acceleration_abs_mean_mps2": 0.0, "standing_speed_mean_mps": 0.0}  # fmt: skip
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _scans_are_simulated_once():
+    with shared_scans.shared():
+        yield
 
 
 @pytest.fixture(scope="module", params=WORLDS)

@@ -133,6 +133,7 @@ def times_of(folder):
     return {path.relative_to(folder): path.stat().st_mtime_ns for path in folder.glob("*/*")}
 
 
+@pytest.mark.slow
 def test_two_processes_give_the_same_rows(league, rows, tmp_path):
     names = "paper,nearest-neighbour"
     options = ["--seeds", str(SEED), "--workers", "2", "--out", str(tmp_path / "out"), "-q", "--trackers", names]

@@ -47,6 +47,7 @@ def outputs(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 def test_every_command_runs(outputs):
     """Gradings and runs return their metrics, the others exit with 0."""
     need("mcap")
@@ -55,6 +56,7 @@ def test_every_command_runs(outputs):
     assert {words.split()[0] for words in outputs} >= {"run", "grade", "check-tracker", "mcap"}
 
 
+@pytest.mark.slow
 def test_the_table_agrees_with_all_three_ways_of_grading(outputs):
     """In the loop, on the recorded scans, and from a file."""
     shipped = [found for line, found in outputs.items() if "--record-scans" in line or line == "grade recorded"]

@@ -58,6 +58,7 @@ def test_seen_side_is_at_the_points(frames, car):
     assert abs(outermost - car.width_m / 2) <= 3.0 * car.position_sigma_m
 
 
+@pytest.mark.slow
 def test_headings_of_best_agree_with_the_labels(compared):
     """Bounds: the measured 0.55 and 0.28 degrees, and the labels' own uncertainty of 0.4 to 1 degrees."""
     errors = [abs(one.errors["best"]) for one in compared if one.errors and one.car.heading_sigma_deg <= SURE_DEG]
@@ -66,6 +67,7 @@ def test_headings_of_best_agree_with_the_labels(compared):
     assert np.median(errors) <= 0.5
 
 
+@pytest.mark.slow
 def test_counts_of_twins(compared):
     """Bounds: the measured errors, and twice their standard error over the cars."""
     print(summary(compared))

@@ -119,6 +119,7 @@ def test_a_damaged_recording_is_refused(tmp_path, name, capsys):
     assert f"{name}.parquet: has no column" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_street_of_real_cars():
     """The alignment errs less than the single criteria on both cuts of a real drive."""
     groups = fit_observations.of_folders([real_file("street/labels.parquet").parent])

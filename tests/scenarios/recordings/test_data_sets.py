@@ -240,6 +240,7 @@ def test_a_truth_of_another_clock_or_without_a_file_is_refused(run, tmp_path, ca
     assert "should be an existing file of true boxes" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_real_street_is_imported_tracked_and_graded_in_two_commands(tmp_path, capsys):
     street = real_file("street/bumper_points.parquet")
     recording = imported(tmp_path, street, "--truth", street.parent / "labels.parquet")

@@ -41,6 +41,7 @@ def files(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_every_command_of_the_table_runs(files, monkeypatch, capsys):
     """In the order of the table: `recorded` is that of the last import, and only `track` gets an option of the test."""
     monkeypatch.chdir(files)

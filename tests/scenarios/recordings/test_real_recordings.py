@@ -18,7 +18,9 @@ DATMO = (
 OUSTER = ("--mount", "0,0,1.8", "--level", "--heights", "0.45,0.6,0.8,0.95")
 
 
-@pytest.mark.parametrize(("name", "speed_mps"), [("parallel", 0.6), ("overtake_red", 0.8)])
+@pytest.mark.parametrize(
+    ("name", "speed_mps"), [("parallel", 0.6), pytest.param("overtake_red", 0.8, marks=pytest.mark.slow)]
+)
 def test_the_red_car_is_tracked(name, speed_mps, tmp_path, capsys):
     bag, recorded, out = real_file(f"datmo/{name}.bag"), tmp_path / "recorded", tmp_path / "tracks"
     assert main(["import", str(bag), "--out", str(recorded), *DATMO]) == 0

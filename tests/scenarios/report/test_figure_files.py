@@ -46,10 +46,10 @@ def test_formats_of_the_option():
 
 def test_report_writes_every_figure_of_the_page_and_all_tables(run, tmp_path, capfd):
     page = tmp_path / "page.html"
-    assert main(["report", str(run), "--out", str(page), "--figures", "svg,pdf", "--latex"]) == 0
+    assert main(["report", str(run), "--out", str(page), "--figures", "pdf", "--latex"]) == 0
     names = re.findall(r'<figure id="([^"]+)"', page.read_text(encoding="utf-8"))
     written = sorted(path.name for path in (tmp_path / "page-figures").iterdir())
-    assert written == sorted(f"{name}.{suffix}" for name in names for suffix in ("svg", "pdf"))
+    assert written == sorted(f"{name}.pdf" for name in names)
     assert f"{len(written)} figures are in {tmp_path / 'page-figures'}" in capfd.readouterr().out
     assert r"\caption{Tracking}" in (tmp_path / "page-tables.tex").read_text(encoding="utf-8")
 

@@ -244,6 +244,7 @@ def test_report_command_writes_a_page_of_a_run_or_of_many(runs, capfd, tmp_path)
     assert "no run in it" in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_pytest_writes_the_report_of_all_workers(tmp_path):
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     short_run.write(tmp_path, short_run.TEXT + EXPECT, "bad")

@@ -33,7 +33,9 @@ values = [1.0, 2.0]
 metric = "track.reappearance_error_m"
 against = "occlusion_s"
 """
-NAMES = ["run", "suite", "trackers", "comparison", "trends", "recording", "sweep"]
+NAMES = ["run", *(pytest.param(name, marks=pytest.mark.slow) for name in
+                  ("suite", "trackers", "comparison", "trends", "recording", "sweep"))]  # fmt: skip
+"""Pages. All are made of the same parts; `make test` opens that of a run."""
 SIZES = {"wide": (1280, 900), "phone": (390, 844)}
 
 

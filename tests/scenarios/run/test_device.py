@@ -188,7 +188,9 @@ def python(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.usefixtures("hostile")
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command", ["run", *(pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS if name != "run")]
+)
 def test_luxloops_packages_win_over_folders_of_the_same_name(command):
     need_for(command)
     option = {"check": (), "pytest": ("--luxloop-tracker",), "xdist": ("--luxloop-tracker",)}.get(

@@ -85,7 +85,6 @@ def folder(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("name", "kills"),
     [
-        ("run", 2),
         *(pytest.param(name, len(SIGNALS), marks=pytest.mark.slow) for name in COMMANDS),
         *(pytest.param(name, KILLS, marks=pytest.mark.soak) for name in COMMANDS),
     ],

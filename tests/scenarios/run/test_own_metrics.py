@@ -313,6 +313,7 @@ def test_a_study_adds_them_to_every_run_and_to_its_inputs(tmp_path):
     assert study.search.limit.max == 15.0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("functions")
 def test_the_report_of_a_sweep_shows_them(tmp_path):
     need("sweeps")
