@@ -1,8 +1,8 @@
 """Sums of one run per vehicle, from which the metrics of any set of vehicles follow by addition.
 
-Means of the truth per vehicle recognise the same vehicle in two runs. The last bits of simulated values depend on the
-instruction set of the CPU. A hash of the truth would differ, and so would a hash of rounded values whenever one of them
-lies at a border of rounding. Means are compared within tolerances.
+Means of the truth per vehicle recognise the same vehicle in two runs. The last bits of simulated values may depend on
+the processor and the C library. A hash of the truth would differ, and so would a hash of rounded values whenever one of
+them lies at a border of rounding. Means are compared within tolerances.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Runs under another instruction set differ bit by bit, and a comparison keeps its power."""
+"""Runs whose last bits differ, as by the C library of an older processor: a comparison keeps its power."""
 
 import os
 import subprocess
@@ -41,7 +41,7 @@ def two_machines(tmp_path_factory):
 
 @pytest.mark.slow
 def test_run_of_another_instruction_set_is_the_same(two_machines, capsys):
-    """The hashes differ on every CPU with one of the switched-off instructions; the comparison is exact on all."""
+    """Powers of the C library may differ without fused multiplications; the comparison is exact then, too."""
     pairs = pair(run_pairs.read_side(two_machines / "other.jsonl"), run_pairs.read_side(two_machines / "this"))
     assert pairs.notes == []
     assert pairs.compared[0].same
