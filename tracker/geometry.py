@@ -44,8 +44,9 @@ def fold(heading: Floats) -> Floats:
 def rotated_covariance(variance: Floats, heading: float) -> Floats:
     """(2, 2) covariance with variances (2,) along and across a heading."""
     (along, across), cos, sin = variance.tolist(), elementary.cos(heading), elementary.sin(heading)
-    mixed = cos * sin * (along - across)
-    return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
+    cc, cs, ss = cos * cos, cos * sin, sin * sin
+    mixed = cs * (along - across)
+    return np.array([[cc * along + ss * across, mixed], [mixed, ss * along + cc * across]])
 
 
 def variance_along(covariance: Floats, heading: float) -> Floats:

@@ -116,11 +116,11 @@ def predicted(turn: Turn, dt: float, speed_mps: float) -> Turn:
     tau, std = YAW_RATE_TIME_S, yaw_rate_std(speed_mps)
     keeps = elementary.exp(-dt / tau)
     gained = tau * (1.0 - keeps)
-    across = max(2.0 * dt / tau - 3.0 + 4.0 * keeps - keeps**2, 0.0) * (std * tau) ** 2
+    across = max(2.0 * dt / tau - 3.0 + 4.0 * keeps - keeps * keeps, 0.0) * std * std * tau * tau
     variance = (
-        p + 2.0 * gained * c + gained**2 * r + across + HEADING_DRIFT_DENSITY_RAD2PS * dt,
-        keeps * (c + gained * r) + std**2 * tau * (1.0 - keeps) ** 2,
-        keeps**2 * r + std**2 * (1.0 - keeps**2),
+        p + 2.0 * gained * c + gained * gained * r + across + HEADING_DRIFT_DENSITY_RAD2PS * dt,
+        keeps * (c + gained * r) + std * std * tau * (1.0 - keeps) * (1.0 - keeps),
+        keeps * keeps * r + std * std * (1.0 - keeps * keeps),
     )
     return Turn(turn.heading + gained * turn.yaw_rate, turn.yaw_rate * keeps, variance)
 
@@ -134,14 +134,14 @@ def corrected(turn: Turn, heading: float, variance: float) -> tuple[Turn, float]
     """
     (p, c, r), residual, share = turn.variance, heading - turn.heading, HEADING_OUTLIER_FRACTION
     innovation = p + variance
-    density = elementary.exp(-0.5 * residual**2 / innovation) / math.sqrt(2.0 * math.pi * innovation)
+    density = elementary.exp(-0.5 * residual * residual / innovation) / math.sqrt(2.0 * math.pi * innovation)
     outlier = share / QUARTER / (share / QUARTER + (1.0 - share) * density)
     good, gain, gain_rate = 1.0 - outlier, p / innovation, c / innovation
-    spread = good * (outlier * residual**2 - innovation)
+    spread = good * (outlier * residual * residual - innovation)
     after = Turn(
         wrap(turn.heading + good * gain * residual),
         turn.yaw_rate + good * gain_rate * residual,
-        (p + spread * gain**2, c + spread * gain * gain_rate, r + spread * gain_rate**2),
+        (p + spread * gain * gain, c + spread * gain * gain_rate, r + spread * gain_rate * gain_rate),
     )
     return after, outlier
 

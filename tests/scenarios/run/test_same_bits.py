@@ -10,8 +10,12 @@ from support.paths import EXAMPLES
 
 pytestmark = pytest.mark.slow
 
-OLDER = {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": "X86_V4 X86_V3"}
-"""Linear algebra and functions of numpy without AVX, as on a processor of 2008."""
+OLDER = {
+    "OPENBLAS_CORETYPE": "Nehalem",
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 X86_V3",
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F",
+}
+"""Linear algebra, functions of numpy and of the C library without AVX and fused multiplications, as of 2008."""
 
 
 @pytest.mark.parametrize("scenario", [str(EXAMPLES / "my-first.toml"), "highway-v0", "crossing-in-rain"])
