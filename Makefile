@@ -10,15 +10,17 @@ demo: .venv/installed
 	@echo "Running the scenario sumo-crossing. The first run compiles luxloop's kernels, which takes about two minutes."
 	$(BIN)/luxloop run sumo-crossing
 
-# The kernels are compiled first, so that parallel tests do not each compile them.
+# The kernels are compiled first, so that parallel tests do not each compile them. Each process begins with a half of the
+# files and takes over tests of the other at the end, so that what the tests of a file share is mostly made once.
 test: .venv/developed
 	$(BIN)/luxloop warm-up --quiet
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 --dist worksteal
 
-# Tests that take minutes: hundreds of mutated scenario files, killed runs, sweeps of hundreds of runs, the wheel.
+# Tests that take minutes: hundreds of mutated scenario files, killed runs, sweeps of hundreds of runs, the wheel,
+# commands of pages, recorded streets, and more seeds, pages and processes of what quick tests cover.
 slow: .venv/developed
 	$(BIN)/luxloop warm-up --quiet
-	$(BIN)/pytest -n 2 -m slow
+	$(BIN)/pytest -n 2 --dist worksteal -m slow
 
 # Tests that take up to an hour, for releases: a thousand mutated scenario files, ten thousand broken inputs, a hundred
 # kills, a sweep of two thousand runs, a hundred thousand rows.

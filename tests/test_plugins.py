@@ -54,6 +54,7 @@ def test_the_entry_points_on_the_page_are_those_of_the_example():
     assert shown == tomllib.loads((EXAMPLE / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_use_the_example(example, tmp_path):
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     install, *commands = re.search(r"```sh\n(.*?)```", PAGE, re.DOTALL)[1].splitlines()

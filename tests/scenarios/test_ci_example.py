@@ -98,6 +98,7 @@ def test_the_cache_has_kernels_and_packages_in_one_entry(steps):
     assert "hashFiles('pyproject.toml', 'requirements.txt')" in cache["key"]
 
 
+@pytest.mark.slow
 def test_commands_of_the_workflow_run_and_the_second_push_is_the_same(steps, clone):
     warm_up, tests, compare, summary = commands(steps, "luxloop", "pytest", "cat")
     assert shell(warm_up, clone)[0] == 0
@@ -131,6 +132,7 @@ def test_the_warm_up_compiles_every_kernel_so_that_no_run_does(steps, clone):
         assert kernels_in(cache) == kernels
 
 
+@pytest.mark.slow
 def test_folders_of_failed_runs_are_kept(steps, clone):
     case = clone / "cases" / "braking-ahead.toml"
     case.write_text(case.read_text(encoding="utf-8").replace("max = 30", "max = -1"), encoding="utf-8")

@@ -400,7 +400,7 @@ def test_an_ego_that_arrives_early_is_an_error_line(tmp_path, capfd):
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("scenario", ["sumo-crossing", "cruise-on-tracks"])
+@pytest.mark.parametrize("scenario", ["sumo-crossing", pytest.param("cruise-on-tracks", marks=pytest.mark.slow)])
 def test_a_run_survives_the_death_of_its_simulator(scenario, tmp_path):
     """With traffic that is computed ahead of the loop, and with traffic that waits for its commands."""
     with running(scenario, "--duration", "600", "--json", "--out", "here") as run:
@@ -416,7 +416,14 @@ def test_a_run_survives_the_death_of_its_simulator(scenario, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["here"]
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        (signal.SIGINT, 130),
+        pytest.param(signal.SIGTERM, 143, marks=pytest.mark.slow),
+        pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow),
+    ],
+)
 def test_a_signal_of_a_terminal_ends_run_and_simulator_with_one_line(number, code, tmp_path):
     """A terminal sends the signal to both processes."""
     with running("sumo-crossing", "--duration", "600", "--out", "here") as run:
@@ -464,6 +471,7 @@ def test_a_misspelt_scenario_is_reported_before_slow_packages_are_imported(scena
     assert {"pandas", "numba", "scipy", "matplotlib", "rerun"}.isdisjoint(modules.split())
 
 
+@pytest.mark.slow
 def test_the_trace_is_the_same_in_any_process_under_any_hash_seed(capfd, monkeypatch):
     """SUMO returns its vehicles in dicts and sets keyed by their names."""
     arguments = ("run", "sumo-crossing", "--duration", "1", "--no-recording", "--json")

@@ -138,6 +138,7 @@ def newcomer(tmp_path_factory):
     return folder, codes
 
 
+@pytest.mark.slow
 def test_every_command_of_the_readme_and_the_first_pages_runs(newcomer):
     _, codes = newcomer
     assert any("--tracker docs.examples.my_tracker" in command for command in codes)
@@ -183,6 +184,7 @@ def test_every_make_target_that_is_named_exists():
     assert typed | named <= set(targets)
 
 
+@pytest.mark.slow
 def test_the_python_example_reads_the_tables(newcomer, monkeypatch):
     monkeypatch.chdir(newcomer[0])
     (code,) = blocks(RESULTS, "python")
@@ -223,6 +225,7 @@ def test_the_quoted_screen_is_that_of_the_run(tmp_path):
     assert lines[-2].startswith("luxloop view runs/short-seed4  ")
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_of_the_paper_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "docs").symlink_to(ROOT / "docs")
@@ -231,6 +234,7 @@ def test_the_commands_of_the_page_of_the_paper_run(tmp_path, monkeypatch):
     assert {path.name for path in (tmp_path / "campus").iterdir()} == set(described)
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_of_emergence_run(tmp_path, monkeypatch):
     """Each study with one seed and the first value of each parameter."""
     monkeypatch.chdir(tmp_path)
@@ -295,6 +299,7 @@ def without_figures(text: str) -> list[list[str]]:
     return [re.sub(r"-?\d+\.\d+", "#", line).split() for line in text.splitlines()]
 
 
+@pytest.mark.slow
 def test_the_python_page_s_examples_run_and_leave_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "page"}

@@ -76,6 +76,7 @@ def test_a_commonroad_file_names_the_extra_that_it_needs(folder):
     assert run.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_the_base_installation_runs_grades_reports_and_compares(folder):
     short_run.write(folder)
     run = luxloop(
@@ -94,6 +95,7 @@ def test_the_base_installation_runs_grades_reports_and_compares(folder):
     assert (folder / "run.html").is_file()
 
 
+@pytest.mark.slow
 def test_a_scripted_run_without_recording_needs_no_viewer_and_no_simulator(folder):
     short_run.write(folder)
     run = luxloop(

@@ -175,6 +175,7 @@ def test_files_of_one_name_have_folders_of_their_own(suite, folder):
     assert properties(suite.cases["right.twin.toml/twin-seed4"])["trace_hash"] == right.trace_hash
 
 
+@pytest.mark.slow
 def test_workers_and_order_change_no_trace(suite, tmp_path):
     """A single process, shuffled, in another folder: SUMO, highway-env and scripted traffic are bit-identical."""
     (write_suite(tmp_path) / "conftest.py").write_text(SHUFFLE)
@@ -231,7 +232,7 @@ Grader.add = fail
 """
 
 
-@pytest.mark.parametrize("workers", [(), ("-n", "1")])
+@pytest.mark.parametrize("workers", [(), pytest.param(("-n", "1"), marks=pytest.mark.slow)])
 def test_a_defect_of_luxloop_is_an_error_of_the_test_and_no_failure(tmp_path, workers):
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     (tmp_path / "conftest.py").write_text(DEFECT)

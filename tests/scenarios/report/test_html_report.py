@@ -169,8 +169,8 @@ def test_page_shows_the_verdict_with_needs_and_reasons(pages):
     assert re.search(r"frame \d+ \(\d\.\d\d s\): .* on vehicle \S+ .*: heading error -?[\d.]+ deg", text)
 
 
-def test_run_page_has_the_numbers_of_the_printed_tables(runs):
-    run, text = ReportedRun.read(runs / "bad-seed4"), html.page(run_page(runs / "bad-seed4"))
+def test_run_page_has_the_numbers_of_the_printed_tables(runs, pages):
+    run, text = ReportedRun.read(runs / "bad-seed4"), pages["run"].read_text(encoding="utf-8")
     best = next(row for row in paper_comparison.heading_error(run.result).rows if plain(row.cells[0]) == "best")
     shown = [plain(cell) for cell in best.cells[1:]]
     assert f"{run.result.metrics['fit.heading_abs_mean_deg'].value:.3f}" in shown
@@ -187,7 +187,7 @@ def test_figures_shorten_coordinates_and_not_text():
     assert not re.search(r'="[^"]*\d\.\d{3}', svg)
 
 
-def test_run_page_shows_the_commands_that_reproduce_it(runs):
+def test_run_page_shows_the_commands_that_reproduce_it(runs, pages):
     run = ReportedRun.read(runs / "bad-seed4")
     folder = runs / "bad-seed4"
     assert run.commands == [f"luxloop run bad.toml --seed 4 --out {folder}", f"luxloop view {folder}"]
@@ -197,7 +197,7 @@ def test_run_page_shows_the_commands_that_reproduce_it(runs):
     assert "--tracker mine.tracker:Own" in replace(run, result=own).commands[0]
     others = replace(run.result, config={**run.result.config, "device": "tracks.csv"})
     assert replace(run, result=others).commands == ["luxloop grade RUN --tracks tracks.csv"]
-    assert run.result.trace_hash in html.page(run_page(folder))
+    assert run.result.trace_hash in pages["run"].read_text(encoding="utf-8")
 
 
 class Untraced(Tracker):

@@ -41,8 +41,8 @@ def ends(tables):
     import os
     os._exit(0)
 def lasts(tables):
-    while True:
-        pass
+    import signal
+    signal.pause()
 def prints(tables):
     print("hello")
     return 1.0

@@ -223,6 +223,7 @@ def test_a_study_without_completed_runs_has_a_page(study, rows, tmp_path):
     assert "no run has a value" in page
 
 
+@pytest.mark.slow
 def test_shipped_studies_are_valid_and_small_enough():
     """Each takes at most ten minutes on two cores; measured processor time per run, plus 25 %."""
     from luxloop.scenarios.files import shipped

@@ -39,9 +39,13 @@ def scored(truth, label):
     return 1.0 - (matched.sum() + np.sum((truth < 0) & (label < 0))) / len(truth), matched, label.max() + 1
 
 
+SEEDS = pytest.mark.parametrize("seeds", [5, pytest.param(20, marks=pytest.mark.slow)])
+
+
+@SEEDS
 @pytest.mark.parametrize(("outliers", "at_most", "original"), [(0, 0.06, 0.062), (250, 0.11, 0.139)])
-def test_the_lines_of_stars_are_separated(outliers, at_most, original):
-    """Five chords of the unit circle, 50 points each, sigma 0.0075, and uniform outliers in [-1, 1]^2; 20 seeds.
+def test_the_lines_of_stars_are_separated(outliers, at_most, original, seeds):
+    """Five chords of the unit circle, 50 points each, sigma 0.0075, and uniform outliers in [-1, 1]^2.
 
     A point is misclassified if its label is wrong; lines are matched one to one, outliers are a separate class. On the
     original data set the original code misclassifies 6.2 % of the points, and 13.9 % with 50 % outliers; the true lines
@@ -49,7 +53,7 @@ def test_the_lines_of_stars_are_separated(outliers, at_most, original):
     its label.
     """
     errors, found = [], []
-    for seed in range(20):
+    for seed in range(seeds):
         points, truth = star(np.random.default_rng(seed), outliers, per_line=POINTS, std=STD)
         wrong, matched, lines = graded(points, truth, CONFIG)
         errors.append(wrong)
@@ -58,15 +62,16 @@ def test_the_lines_of_stars_are_separated(outliers, at_most, original):
     assert np.mean(found) >= 0.95
 
 
+@SEEDS
 @pytest.mark.parametrize(("std", "at_most"), [(0.0075, 0.15), (0.015, 0.35)])
-def test_the_steps_of_stairs_are_separated(std, at_most):
-    """Four parallel segments of 50 points each, and 60 % outliers in the unit square; 20 seeds.
+def test_the_steps_of_stairs_are_separated(std, at_most, seeds):
+    """Four parallel segments of 50 points each, and 60 % outliers in the unit square.
 
     Sampling is local, within a step. Also the true segments with a gate of 2.5 sigma misclassify 3 % at the smaller and
     6 % at the larger sigma, because outliers lie on them, and the true lines 10 and 18 %.
     """
     limits, errors = LineLimits(2.5 * std, length_min=0.1, turn_min=0.0), []
-    for seed in range(20):
+    for seed in range(seeds):
         points, truth = stairs(np.random.default_rng(seed), 0.6, per_step=POINTS, std=std)
         offset = np.array([0, len(points)])
         chosen, first = even_subset(points, offset, 600)
