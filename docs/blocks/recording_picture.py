@@ -18,8 +18,10 @@ AT_S = 20.0
 """Simulated time of the picture."""
 TOP_BAR = 36
 """Height of the viewer's menu, which is cropped [pixels of 1920 x 1080]."""
+LOADING_S = 120.0
+"""Longest wait for a recording [s]."""
 SETTLE_S = 4.0
-"""Waiting time for loading and drawing [s]. The viewer does not report when it is done."""
+"""Waiting time for drawing [s]. The viewer does not report when it is done."""
 
 
 def screenshot(recording: Path, at_s: float) -> Image.Image:
@@ -27,12 +29,21 @@ def screenshot(recording: Path, at_s: float) -> Image.Image:
     viewer = ViewerClient.spawn(headless=True, port=9898, hide_welcome_screen=True)
     try:
         viewer.open(str(recording.resolve()))
-        time.sleep(SETTLE_S)
+        wait_until_loaded(viewer)
         viewer.set_time("sim_time", duration=at_s, play_state="paused")
         time.sleep(SETTLE_S)
         return Image.open(io.BytesIO(viewer.take_screenshot()))
     finally:
         viewer.quit()
+
+
+def wait_until_loaded(viewer: ViewerClient) -> None:
+    """Wait until the viewer has loaded its recording; a TimeoutError is raised after `LOADING_S`."""
+    deadline = time.monotonic() + LOADING_S
+    while not (state := viewer.get_state()).recordings or state.loading:
+        if time.monotonic() > deadline:
+            raise TimeoutError(f"the viewer has not loaded its recording after {LOADING_S:g} s")
+        time.sleep(0.2)
 
 
 def draw(_name: str) -> None:
