@@ -158,7 +158,7 @@ def test_one_frame_late_has_the_error_of_one_frame_of_motion(world, perfect):
     assert late.value["mma.x_abs_mean_m{target=moving}"] == pytest.approx(driven.mean(), rel=0.01)  # all drive along
     assert late.value["track.hota"] == pytest.approx(hota_if_late(late.graded), abs=0.01)
     assert late.value["track.missed"] == late.value["track.false"] == (overlap_if_late(late.graded) < 0.5).sum()
-    hit_or_miss = HITS | of("track", "mota", "idf1", "reappearance_error_m")
+    hit_or_miss = HITS | of("track", "mota", "idf1", "fragments", "reappearance_error_m")  # a miss divides a track
     headings = of("track", "heading_abs_mean_deg", "heading_abs_p90_deg", "standing_heading_abs_mean_deg")
     headings |= of("track", *FLIPS)
     scores = PAIRS | of("track", "hota", "deta", "assa", "loca")
