@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from luxloop.arrays import Bools, Floats, Ints
-from luxloop.tracker.geometry import rotate
 
 METHODS = ("area", "closeness", "variance", "tlinkage", "refined")
 """Methods of candidate headings, in the order of the second axis of `Candidates`."""
@@ -342,6 +341,8 @@ class Tracks:
     @property
     def center_odom(self) -> Floats:
         """(T, 2) box centre [m]."""
+        from luxloop.tracker.geometry import rotate  # imports numba, which readers of names do not need
+
         return self.mean[:, :2] - rotate(0.5 * self.corner_sign * self.size, self.mean[:, 6])
 
 
