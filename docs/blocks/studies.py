@@ -12,7 +12,7 @@ from luxloop.scenarios.study.study_page import PICTURES as FOLDER
 PICTURES = Path(__file__).parents[1] / "pictures"
 FIGURES = {
     "occlusion_survival": "occlusion/01-occlusion_survival",
-    "emergence_truck": "parked-truck/02-target_confirmed_meeting_m",
+    "emergence_truck": "parked-truck/02-meeting_m{stage=confirmed}",
 }
 """Study and figure, by the name in docs/pictures."""
 
