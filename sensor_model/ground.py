@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop import elementwise
+from luxloop import elementary
 from luxloop.arrays import Floats
 from luxloop.sensor_model.kernels.ground_hits import BLOCK
 from luxloop.sensor_model.kernels.records import Ground
@@ -33,7 +33,7 @@ class UnevenGround:
         if terrain is None:
             return FLAT
         x, y = (ego.pose_world[:2] - terrain.corner_world) / terrain.cell + BLOCK
-        cos, sin = elementwise.cos(ego.pose_world[2]) / terrain.cell, elementwise.sin(ego.pose_world[2]) / terrain.cell
+        cos, sin = elementary.cos(ego.pose_world[2]) / terrain.cell, elementary.sin(ego.pose_world[2]) / terrain.cell
         return Ground(self._height, self._lid, np.array([x, y, cos, sin, ego.ground_z, terrain.cell, self._peak]))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from luxloop import elementwise
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
 from luxloop.sensor_model.bodies.tilt import tilt_rotations
@@ -100,7 +100,7 @@ class Lidar:
 
     def _context(self, frame: WorldFrame, thresholds: Thresholds) -> ScanContext:
         """Return the context of a scan: the body tilts, and the mounting poses have calibration errors."""
-        R_level_body = self._attitude.at(frame.time, float(elementwise.hypot(*frame.ego.velocity_world)))
+        R_level_body = self._attitude.at(frame.time, elementary.hypot(*frame.ego.velocity_world))
         if frame.ego.attitude.any():  # the noise is relative to the attitude of the world record
             R_level_body = elementwise.product(tilt_rotations(frame.ego.attitude[None])[0], R_level_body)
         origin_body, R_body_unit = self._mounts

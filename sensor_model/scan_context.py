@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from luxloop import elementwise
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.ground import FLAT
@@ -49,7 +49,7 @@ class ScanContext:
 
 def over_ground(ego: Ego) -> tuple[Floats, Floats, float]:
     """Return velocity (2,) and acceleration (2,) of the ego in the ego frame, and yaw rate, all over ground."""
-    cos, sin = elementwise.cos(ego.pose_world[2]), elementwise.sin(ego.pose_world[2])
+    cos, sin = elementary.cos(ego.pose_world[2]), elementary.sin(ego.pose_world[2])
     R_ego_world = np.array([[cos, sin], [-sin, cos]])
     return (
         elementwise.product(R_ego_world, ego.velocity_world),

@@ -56,7 +56,7 @@ def test_the_angle_of_points_in_all_quadrants():
 
 
 def test_the_reduction_of_angles_near_multiples_of_a_quarter_turn():
-    """Where a reduction by a single double of pi has no correct digit left."""
+    """A reduction by a single double of pi has no correct digit left there."""
     turns = np.arange(1, 3000) * (0.5 * math.pi)
     assert np.allclose(elementwise.sin(turns), np.sin(turns), rtol=0.0, atol=1.2e-16)
     assert np.allclose(elementwise.cos(turns), np.cos(turns), rtol=0.0, atol=1.2e-16)

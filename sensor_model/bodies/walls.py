@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from luxloop import elementwise
+from luxloop import elementary, elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.world import Obstacles, Terrain
 
@@ -39,7 +39,7 @@ class Walls:
     def seen_from(self, pose_world: Floats, ground_z: float = 0.0) -> "Walls":
         """Transform walls from the world frame to the frame of a pose (3,) x, y [m], yaw [rad] at a height [m]."""
         x, y = (self.ends.reshape(-1, 2) - pose_world[:2]).T
-        cos, sin = elementwise.cos(pose_world[2]), elementwise.sin(pose_world[2])
+        cos, sin = elementary.cos(pose_world[2]), elementary.sin(pose_world[2])
         ends = np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
         return replace(self, ends=ends.reshape(-1, 4), z=self.z - ground_z if ground_z else self.z)
 

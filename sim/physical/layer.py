@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from luxloop import elementwise
+from luxloop import elementary
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.kinematics import Kinematics, RawFrame
 from luxloop.sim.physical.body_tables import BodyTables, has_sections
@@ -154,7 +154,7 @@ class PhysicalTruth:
         change = change.advanced(history.speed[change.body, row], self._change_fraction)
         course = history.path[change.body, row, 2]
         history.path[change.body, row, :2] += change.shift(frame) * np.array(
-            [-elementwise.sin(course), elementwise.cos(course)]
+            [-elementary.sin(course), elementary.cos(course)]
         )
         history.changes_lane[change.body, row] = True
         return change

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support import recorded
+from support.older_processor import OLDER_PROCESSOR
 from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
@@ -16,13 +17,6 @@ from luxloop.scenarios.compare.comparison import compare
 from luxloop.scenarios.compare.digest import digest
 from luxloop.scenarios.compare.run_pairs import pair
 from luxloop.scenarios.compare.vehicle_sums import TRUTH, close, counterparts
-
-OTHER_CPU = {
-    "OPENBLAS_CORETYPE": "Nehalem",
-    "NPY_DISABLE_CPU_FEATURES": "X86_V4 X86_V3",
-    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F,-AVX2_Usable,-FMA_Usable",
-}
-"""Variables that select older kernels in OpenBLAS, numpy and the C library."""
 
 
 def run_ring(out, environment):
@@ -34,7 +28,7 @@ def run_ring(out, environment):
 def two_machines(tmp_path_factory):
     folder = tmp_path_factory.mktemp("machines")
     run_ring(folder / "this", {})
-    run_ring(folder / "other", OTHER_CPU)
+    run_ring(folder / "other", OLDER_PROCESSOR)
     assert main(["baseline", str(folder / "other"), "--out", str(folder / "other.jsonl")]) == 0
     return folder
 
@@ -94,6 +88,6 @@ def test_weights_of_the_truth_layer_are_the_same_bits():
     )
     outputs = {
         subprocess.check_output([sys.executable, "-c", program], env={**os.environ, **environment}, cwd=ROOT)
-        for environment in ({}, OTHER_CPU, {"OPENBLAS_CORETYPE": "Haswell"})
+        for environment in ({}, OLDER_PROCESSOR, {"OPENBLAS_CORETYPE": "Haswell"})
     }
     assert len(outputs) == 1

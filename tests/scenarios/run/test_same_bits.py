@@ -6,23 +6,17 @@ import subprocess
 import sys
 
 import pytest
+from support.older_processor import OLDER_PROCESSOR
 from support.paths import EXAMPLES
 
 pytestmark = pytest.mark.slow
-
-OLDER = {
-    "OPENBLAS_CORETYPE": "Nehalem",
-    "NPY_DISABLE_CPU_FEATURES": "X86_V4 X86_V3",
-    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F",
-}
-"""Linear algebra, functions of numpy and of the C library without AVX and fused multiplications, as of 2008."""
 
 
 @pytest.mark.parametrize("scenario", [str(EXAMPLES / "my-first.toml"), "highway-v0", "crossing-in-rain"])
 def test_a_run_has_the_same_trace_hash(scenario, tmp_path):
     """A product by a library, or a function of numpy, in the path of a record gives another hash."""
     hashes = set()
-    for name, variables in (("here", {}), ("older", OLDER)):
+    for name, variables in (("here", {}), ("older", OLDER_PROCESSOR)):
         command = [sys.executable, "-m", "luxloop", "run", scenario, "--no-recording", "--set", "duration_s=6"]
         run = subprocess.run(
             [*command, "--out", str(tmp_path / name)], env={**os.environ, **variables}, capture_output=True, text=True
