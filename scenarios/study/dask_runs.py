@@ -14,7 +14,18 @@ from contextlib import contextmanager
 from itertools import islice
 
 import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, Security, Status, as_completed, rpc
+from distributed import (
+    Client,
+    Future,
+    KilledWorker,
+    LocalCluster,
+    Security,
+    Status,
+    Worker,
+    WorkerPlugin,
+    as_completed,
+    rpc,
+)
 from tornado.ioloop import PeriodicCallback
 
 from luxloop.scenarios.errors import InputError, StudyError
@@ -122,6 +133,22 @@ DASK_CONFIG = {
 }
 
 
+class WithoutProfiler(WorkerPlugin):
+    """Stop the sampling profiler of a worker.
+
+    It calls `sys._current_frames`, which deadlocks with a busy thread in CPython 3.11 now and then
+    (github.com/python/cpython/issues/106883): the run never ends, and the sweep waits for it.
+    """
+
+    name = "luxloop-without-profiler"
+
+    def setup(self, worker: Worker) -> None:
+        """Remove the profiler's callbacks: a worker that joins starts all that it has, after this."""
+        for callback in ("profile", "profile-cycle"):
+            if callback in worker.periodic_callbacks:
+                worker.periodic_callbacks.pop(callback).stop()
+
+
 @contextmanager
 def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
     """Yield a client of a Dask scheduler, or of a new local cluster.
@@ -148,6 +175,7 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
                 yield client
         else:
             with _client_of(scheduler) as client:
+                client.register_plugin(WithoutProfiler())
                 yield client
 
 

@@ -10,10 +10,12 @@ from support.optional import need
 
 need("sweeps")
 
+from distributed import LocalCluster
 from support.dask_cluster import cluster
 from support.sweeps import end, rows, sequential_hashes, small_study, start, sweep, wait_for_rows
 
 from luxloop.scenarios.cli import main
+from luxloop.scenarios.study import dask_runs
 
 
 @pytest.mark.slow
@@ -37,6 +39,19 @@ def test_an_external_cluster_gives_the_same_rows_until_its_scheduler_dies(tmp_pa
             "run the same command to resume\n"
         )
         assert 23 <= len(rows(study)) < 160
+
+
+def test_workers_of_an_external_cluster_have_no_profiler_during_a_sweep():
+    """The profiler of Dask deadlocked a run in CPython 3.11; a worker that joins later has none either."""
+    local = {"processes": False, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "memory_limit": 0}
+    with LocalCluster(n_workers=1, **local) as cluster:
+        assert "profile" in cluster.workers[0].periodic_callbacks
+        with dask_runs.connect(1, cluster.scheduler_address) as client:
+            cluster.scale(2)
+            client.wait_for_workers(2, timeout=60)
+            of_workers = client.run(lambda dask_worker: sorted(dask_worker.periodic_callbacks))
+    assert len(of_workers) == 2
+    assert all("heartbeat" in names and not {"profile", "profile-cycle"} & {*names} for names in of_workers.values())
 
 
 @pytest.mark.parametrize("accepts", [False, True])
