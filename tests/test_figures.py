@@ -1,7 +1,9 @@
 """Figures of the pages: planted faults are found, and what the pages show now is consistent."""
 
+import json
+
 import pytest
-from blocks import claims, stamps
+from blocks import claims, commands, stamps
 from blocks.catalog import BLOCKS
 from blocks.page import pages, parts, write
 from support.paths import DOCS, ROOT
@@ -83,6 +85,29 @@ def test_a_claim_by_hand():
 def test_a_claim_on_a_cell_that_no_table_has_is_an_error(term):
     with pytest.raises(KeyError, match="no such cell"):
         claims.value(term, TABLE)
+
+
+@pytest.fixture
+def baseline_run(tmp_path, monkeypatch):
+    """A run of `ring` with the trace hash of the baseline, and the commands that are executed."""
+    folder, executed = tmp_path / "ring-seed1", []
+    folder.mkdir()
+    (folder / "result.json").write_text(json.dumps({"trace_hash": stamps.trace_hashes()["ring"]}))
+    monkeypatch.setattr(commands, "RUNS", tmp_path)
+    monkeypatch.setattr(commands, "output", executed.append)
+    return folder, executed
+
+
+def test_a_run_of_the_baseline_is_used_again_but_not_without_the_recording_that_is_needed(baseline_run):
+    folder, executed = baseline_run
+    assert commands.run("ring") == folder
+    assert executed == []
+    with pytest.raises(commands.Missing, match="no recording"):
+        commands.run("ring", recording=True)
+    assert executed == ["luxloop run ring"]
+    (folder / "recording.rrd").touch()
+    assert commands.run("ring", recording=True) == folder
+    assert len(executed) == 1
 
 
 def test_every_block_of_the_pages_is_consistent():

@@ -41,19 +41,24 @@ def output(command: str) -> str:
     return done.stdout
 
 
-def run(name: str, command: str = "") -> Path:
-    """Return the folder of a shipped scenario's run with the trace hash of the baseline; it runs if that is missing.
+def run(name: str, *, recording: bool = False) -> Path:
+    """Return the folder of a shipped scenario's run with the trace hash of the baseline, and with a recording if asked.
+
+    The scenario runs if there is no such folder.
 
     Raises
     ------
     Missing
-        The run differs from the baseline.
+        The run differs from the baseline, or has no recording.
     """
     folder = RUNS / f"{name}-seed1"
-    if not of_baseline(name) or (command and not (folder / "scans").is_dir()):
-        output(command or f"luxloop run {name}")
+    recorded = folder / "recording.rrd"
+    if not of_baseline(name) or (recording and not recorded.is_file()):
+        output(f"luxloop run {name}")
     if not of_baseline(name):
         raise Missing(f"{folder} has not the trace hash of the baseline; `make catalog` and `make baseline` first")
+    if recording and not recorded.is_file():
+        raise Missing(f"{folder} has no recording.rrd; luxloop run {name}")
     return folder
 
 

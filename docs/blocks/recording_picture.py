@@ -48,8 +48,7 @@ def wait_until_loaded(viewer: ViewerClient) -> None:
 
 def draw(_name: str) -> None:
     """Write the picture, with colours in steps of 8 for a small file."""
-    image = screenshot(commands.run("sumo-crossing") / "recording.rrd", AT_S).convert("RGB")
+    image = screenshot(commands.run("sumo-crossing", recording=True) / "recording.rrd", AT_S).convert("RGB")
     image = image.crop((0, TOP_BAR, image.width, image.height))
     image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.BILINEAR)
-    PICTURE.parent.mkdir(exist_ok=True)
     image.point(lambda value: min(255, 8 * ((value + 4) // 8))).save(PICTURE, optimize=True)
