@@ -1,11 +1,13 @@
 """Labels of the cars in public Ouster recordings, as `tests/data/ouster_labels` has them."""
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
+import pandas as pd
+
+from luxloop.arrays import Floats
+from luxloop.scenarios.grading.plane_geometry import turned
 
 LABELS = Path(__file__).parents[2] / "tests" / "data" / "ouster_labels"
 CLASSES = ("small car", "sedan", "SUV", "van", "pickup", "truck")
@@ -57,53 +59,33 @@ class Car:
     """True if an end is in view over its whole width; otherwise the width is typical of the class."""
     heading_sigma_deg: float
     position_sigma_m: float
-    reflectivity: float | None
-    """Median of the unit's calibrated reflectivity over the lower body, 0 to 1; None for a unit without."""
+    reflectivity: float
+    """Median of the unit's calibrated reflectivity over the lower body, 0 to 1; NaN for a unit without."""
 
     @property
     def range_m(self) -> float:
         """Distance of the centre from the sensor over the ground [m]."""
         return float(np.hypot(self.x_m, self.y_m))
 
-    def in_box(self, points_level: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    @property
+    def box(self) -> Floats:
+        """(5,) x, y [m], yaw [rad], length and width [m]."""
+        return np.array([self.x_m, self.y_m, np.radians(self.heading_deg), self.length_m, self.width_m])
+
+    def in_box(self, points_level: Floats) -> Floats:
         """Return points (N, 3) in the frame of the vehicle: ahead, left and above its ground [m]."""
-        heading = np.deg2rad(self.heading_deg)
         offset = points_level - [self.x_m, self.y_m, self.z_ground_m]
-        ahead = offset[:, 0] * np.cos(heading) + offset[:, 1] * np.sin(heading)
-        left = offset[:, 1] * np.cos(heading) - offset[:, 0] * np.sin(heading)
-        return np.column_stack([ahead, left, offset[:, 2]])
+        return np.column_stack([turned(offset[:, :2], -np.radians(self.heading_deg)), offset[:, 2]])
 
 
-def load_views(folder: Path = LABELS) -> list[View]:
+def load_views() -> list[View]:
     """Read the poses of the sensors."""
-    return [
-        View(row["recording"], int(row["frame"]), *(float(row[key]) for key in ("height_m", "pitch_deg", "roll_deg")))
-        for row in _rows(folder / "frames.csv")
-    ]
+    return [View(**row) for row in pd.read_csv(LABELS / "frames.csv").to_dict("records")]
 
 
-def load_cars(folder: Path = LABELS) -> list[Car]:
+def load_cars() -> list[Car]:
     """Read the labelled vehicles."""
-    return [_car(row) for row in _rows(folder / "cars.csv")]
-
-
-def _car(row: dict[str, str]) -> Car:
-    metric = ("x_m", "y_m", "z_ground_m", "heading_deg", "length_m", "width_m", "height_m")
-    return Car(
-        id=row["id"],
-        recording=row["recording"],
-        frame=int(row["frame"]),
-        category=row["class"],
-        **{key: float(row[key]) for key in metric},
-        end_seen=row["end_seen"].strip("-"),
-        side_seen=row["side_seen"].strip("-"),
-        **{key: row[key] == "1" for key in ("unobstructed", "length_seen", "width_seen")},
-        heading_sigma_deg=float(row["heading_sigma_deg"]),
-        position_sigma_m=float(row["position_sigma_m"]),
-        reflectivity=float(row["reflectivity"]) if row["reflectivity"] else None,
-    )
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
+    table = pd.read_csv(LABELS / "cars.csv").rename(columns={"class": "category"})
+    table = table.astype(dict.fromkeys(("unobstructed", "length_seen", "width_seen"), bool))
+    table = table.replace({"end_seen": "-", "side_seen": "-"}, "")
+    return [Car(**row) for row in table.to_dict("records")]

@@ -1,25 +1,24 @@
 """Frames of an Ouster recording: PCAP with JSON metadata, read with ouster-sdk."""
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 from twin.labels import View
 
-Floats = npt.NDArray[np.float64]
+from luxloop.arrays import Floats, Ints
+
 NEAREST_M = 0.5
 """Shorter ranges are the sensor's own window."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RecordedFrame:
+class RecordedFrame(NamedTuple):
     """Turn of the head, in the level frame of its `View`."""
 
     points_level: Floats
     """(N, 3) [m]."""
-    ring: npt.NDArray[np.int64]
+    ring: Ints
     """(N,) 0 is the highest ring, as in the metadata."""
     elevation_deg: Floats
     """(R,) of the rings, up positive."""
@@ -36,22 +35,13 @@ def load_frame(folder: Path, view: View) -> RecordedFrame:
 
     source = open_source(str(folder / f"{view.recording}.pcap"))
     info = source.sensor_info[0]
-    for index, turn in enumerate(source):
-        if index == view.frame:
-            scan = turn[0]
-            break
+    scan = next(turn[0] for index, turn in enumerate(source) if index == view.frame)
     seen = scan.field("RANGE") > 1000.0 * NEAREST_M
-    ring, _ = np.nonzero(seen)
+    tilt = scipy.spatial.transform.Rotation.from_euler("ZYX", [0.0, view.pitch_deg, view.roll_deg], degrees=True)
     return RecordedFrame(
-        points_level=levelled(XYZLut(info)(scan)[seen], view),
-        ring=ring,
+        points_level=tilt.apply(XYZLut(info)(scan)[seen]) + np.array([0.0, 0.0, view.height_m]),
+        ring=np.nonzero(seen)[0],
         elevation_deg=np.asarray(info.beam_altitude_angles, dtype=np.float64),
         azimuth_deg=np.asarray(info.beam_azimuth_angles, dtype=np.float64),
         columns=int(info.format.columns_per_frame),
     )
-
-
-def levelled(points_sensor: Floats, view: View) -> Floats:
-    """Return points (N, 3) of the sensor's frame in the level frame [m]."""
-    tilt = scipy.spatial.transform.Rotation.from_euler("ZYX", [0.0, view.pitch_deg, view.roll_deg], degrees=True)
-    return np.asarray(tilt.apply(points_sensor) + np.array([0.0, 0.0, view.height_m]))

@@ -3,20 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from twin.labels import Car, View
 from twin.recording import RecordedFrame
 from twin.unit import rig_of
 
+from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.lidar import Lidar
-from luxloop.sensor_model.noise import noise_config
-from luxloop.sensor_model.noise.noise_config import NoiseConfig
+from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
 from luxloop.sensor_model.sensor_config import SensorConfig
-from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
-from luxloop.tracker.scan import Scan
 
-KINDS = {
+KIND_OF = {
     "small car": Kind.CAR,
     "sedan": Kind.CAR,
     "SUV": Kind.SUV,
@@ -34,30 +31,22 @@ NOISE = ("range", "dropout", "mirror", "layer_overlap")
 SENSOR = SensorConfig(footprint=(3, 3), sweep=False)
 
 
-def twin_scan(
-    frame: RecordedFrame, view: View, car: Car, cars: list[Car], seed: int, sensor: SensorConfig = SENSOR
-) -> tuple[npt.NDArray[np.float64], Scan, ScanTruth]:
-    """Simulate the sensor of a frame over a labelled car, among the other `cars` of that frame.
+def twin_scan(frame: RecordedFrame, view: View, car: Car, cars: list[Car], seed: int) -> tuple[Floats, Ints]:
+    """Simulate the sensor of a frame over a labelled car, among all `cars` of that frame.
 
     Returns
     -------
     points_level
         (N, 3) in the level frame of the recording [m].
-    scan, truth
-        As the simulated sensor delivers them; the ego frame is on the ground of the car.
+    layer
+        (N,) ring, counted upwards.
     """
-    lidar = Lidar(rig_of(frame, view, car), _noise(), sensor, seed, Obstacles.from_polygons([], []))
-    scan, truth = lidar.scan(_world(cars))
-    points_level = scan.points_ego.astype(np.float64) + np.array([0.0, 0.0, car.z_ground_m])
-    return points_level, scan, truth
-
-
-def _noise() -> NoiseConfig:
-    config = NoiseConfig()
-    config = replace(
-        config, **{kind: replace(getattr(config, kind), enabled=kind in NOISE) for kind in noise_config.KINDS}
-    )
-    return replace(config, dropout=replace(config.dropout, softness_db=PANEL_SPREAD_DB))
+    noise = NoiseConfig()
+    noise = replace(noise, **{kind: replace(getattr(noise, kind), enabled=kind in NOISE) for kind in KINDS})
+    noise = replace(noise, dropout=replace(noise.dropout, softness_db=PANEL_SPREAD_DB))
+    lidar = Lidar(rig_of(frame, view, car), noise, SENSOR, seed, Obstacles.from_polygons([], []))
+    scan, _ = lidar.scan(_world(cars))
+    return scan.points_ego.astype(np.float64) + np.array([0.0, 0.0, car.z_ground_m]), scan.layer.astype(np.int64)
 
 
 def _world(cars: list[Car]) -> WorldFrame:
@@ -66,8 +55,8 @@ def _world(cars: list[Car]) -> WorldFrame:
     actors = Actors(
         id=np.arange(count, dtype=np.int64),
         name=np.array([car.id for car in cars], dtype=np.str_),
-        kind=np.array([KINDS[car.category] for car in cars], dtype=np.uint8),
-        pose_world=np.array([(car.x_m, car.y_m, np.deg2rad(car.heading_deg)) for car in cars]),
+        kind=np.array([KIND_OF[car.category] for car in cars], dtype=np.uint8),
+        pose_world=np.array([car.box[:3] for car in cars]),
         velocity_world=still,
         acceleration_world=still,
         yaw_rate=np.zeros(count),
@@ -78,7 +67,7 @@ def _world(cars: list[Car]) -> WorldFrame:
         ground_z=np.zeros(count),
         attitude=still,
         size=np.array([(car.length_m, car.width_m, car.height_m) for car in cars]),
-        reflectivity=np.array([PAINT if car.reflectivity is None else car.reflectivity for car in cars]),
+        reflectivity=np.array([PAINT if np.isnan(car.reflectivity) else car.reflectivity for car in cars]),
     )
     ego = Ego(
         np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.8, 1.9, 1.7]), False, np.zeros(2), 0.0, np.zeros(2)

@@ -1,69 +1,91 @@
 """Tables of the comparison, in Markdown."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from twin.comparison import Compared
+import pandas as pd
+from blocks.markdown import markdown
+from twin.pairs import Pair
 from twin.unit import in_near_field
 
-METHODS = ("closeness", "variance", "tlinkage", "refined", "best")
+from luxloop.arrays import Floats
+from luxloop.scenarios.realism import labelled_fits
+from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle
+
+METHODS = ("closeness", "variance", "tlinkage", "best")
 BANDS = ("below 55 % of the height", "55 to 70 %", "above 70 %")
 SURE_DEG = 1.0
 """[deg] Headings are compared with labels of at most this standard deviation."""
 
 
-def summary(compared: Sequence[Compared]) -> str:
+def point_counts(pairs: Sequence[Pair]) -> pd.DataFrame:
+    """Return a row per car: its class, and errors and ratios of its twins' points, in the mean over the seeds."""
+    rows = []
+    for pair in pairs:
+        count, twin = len(pair.real), np.mean([len(one) for one in pair.twins])
+        cut, twin_cut = len(pair.real.four_layers()), np.mean([len(one.four_layers()) for one in pair.twins])
+        bands = np.array(pair.real.bands(), dtype=np.float64)
+        twin_bands = np.mean([one.bands() for one in pair.twins], axis=0)
+        rows.append(
+            {
+                "near": in_near_field(pair.car),
+                "pickup": pair.car.category == "pickup",
+                "length_seen": pair.car.length_seen,
+                "error": 100.0 * (twin - count) / count,
+                "cut error": 100.0 * (twin_cut - cut) / max(cut, 1),
+                **dict(zip(BANDS, twin_bands / np.where(bands > 0.0, bands, np.nan), strict=True)),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def summary(pairs: Sequence[Pair]) -> str:
     """Return the mean absolute percentage errors, and the ratio of points by height."""
-    groups: dict[str, Callable[[Compared], bool]] = {
-        "all": lambda _: True,
-        "not in the near field": lambda one: not in_near_field(one.car),
-        "and no pickups": lambda one: not in_near_field(one.car) and one.car.category != "pickup",
-        "and the size seen": lambda one: (
-            not in_near_field(one.car) and one.car.category != "pickup" and one.car.length_seen
-        ),
+    table = point_counts(pairs)
+    far = table[~table["near"]]
+    no_pickups = far[~far["pickup"]]
+    groups = {
+        "all": table,
+        "not in the near field": far,
+        "and no pickups": no_pickups,
+        "and the size seen": no_pickups[no_pickups["length_seen"]],
     }
     rows = []
-    for name, belongs in groups.items():
-        members = [one for one in compared if belongs(one)]
-        errors, cut_errors = (np.array(values) for values in (
-            [one.percentage_error for one in members], [one.cut_percentage_error for one in members],
-        ))  # fmt: skip
-        rows.append(
-            (
-                name, len(members), *(f"{value:.1f} %" for value in (
-                    mean_absolute(errors), np.median(np.abs(errors)), errors.mean(), mean_absolute(cut_errors),
-                )),
-            )
-        )  # fmt: skip
-    head = ("cars", "n", "mean absolute error", "median", "bias", "four layers")
-    ratio = [
-        (name, f"{np.median([one.twin_bands[k] / one.bands[k] for one in compared if one.bands[k]]):.2f}")
-        for k, name in enumerate(BANDS)
-    ]
-    return _table(head, rows) + "\n\n" + _table(("points by height", "twin over real (median)"), ratio)
+    for name, group in groups.items():
+        error = group["error"]
+        figures = (error.abs().mean(), error.abs().median(), error.mean(), group["cut error"].abs().mean())
+        rows.append((name, len(group), *(f"{figure:.1f} %" for figure in figures)))
+    errors = markdown(("cars", "n", "mean absolute error", "median", "bias", "four layers"), rows)
+    ratios = [(band, f"{table[band].median():.2f}") for band in BANDS]
+    return f"{errors}\n\n{markdown(('points by height', 'twin over real (median)'), ratios)}"
 
 
-def heading_table(compared: Sequence[Compared]) -> str:
+def heading_table(pairs: Sequence[Pair]) -> str:
     """Return mean and median absolute heading errors by method, of cars with a well-known heading."""
-    sure = [one for one in compared if one.errors and one.car.heading_sigma_deg <= SURE_DEG]
-    rows = []
-    for method in METHODS:
-        real = [abs(one.errors[method]) for one in sure]
-        twin = [abs(errors[method]) for one in sure for errors in one.twin_errors if errors]
-        rows.append((method, *(f"{value:.2f}" for value in (*_mean_median(real), *_mean_median(twin)))))
-    head = (f"heading error [deg], n = {len(sure)}", "mean", "median", "twin mean", "twin median")
-    return _table(head, rows)
+    real, twins = heading_errors(pairs)
+    rows = [
+        (method, *(f"{value:.2f}" for error in (real[method], twins[method]) for value in _mean_median(error)))
+        for method in METHODS
+    ]
+    head = (f"heading error [deg], n = {len(real['best'])}", "mean", "median", "twin mean", "twin median")
+    return markdown(head, rows)
 
 
-def mean_absolute(errors: Iterable[float]) -> float:
-    """Return the mean of the absolute values."""
-    return float(np.mean(np.abs(list(errors))))
+def heading_errors(pairs: Sequence[Pair]) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Return the errors of the fits in four layers by method [deg], of cars with a well-known heading and of twins."""
+    real, twins = [], []
+    for number, pair in enumerate(pairs):
+        car = pair.real.four_layers().vehicle(number)
+        if len(car.line) >= POINTS_MIN and pair.car.heading_sigma_deg <= SURE_DEG:
+            real.append(car)
+            twins += [one.four_layers().vehicle(number) for one in pair.twins]
+    return labelled_fits.fit(real).error_deg, labelled_fits.fit(enough(twins)).error_deg
 
 
-def _mean_median(values: list[float]) -> tuple[float, float]:
-    return float(np.mean(values)), float(np.median(values))
+def enough(vehicles: Sequence[LabelledVehicle]) -> list[LabelledVehicle]:
+    """Return the vehicles with enough points for statistics."""
+    return [vehicle for vehicle in vehicles if len(vehicle.line) >= POINTS_MIN]
 
 
-def _table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
+def _mean_median(error: Floats) -> tuple[float, float]:
+    return float(np.abs(error).mean()), float(np.median(np.abs(error)))

@@ -1,11 +1,15 @@
 """Unit model of a recorded Ouster sensor: rings and columns of its metadata, sensitivity as the frames show it."""
 
+from typing import TypeVar
+
 import numpy as np
 from twin.labels import Car, View
 from twin.recording import RecordedFrame
 
 from luxloop.sensor_model.rig.rig import Mount, Rig
 from luxloop.sensor_model.rig.unit import Fan, UnitModel
+
+Value = TypeVar("Value")
 
 DIVERGENCE_DEG = {"OS-0": 0.35, "OS-1": 0.18, "OS-2": 0.09}
 """Full width of a beam at half its power (data sheets of the maker)."""
@@ -31,17 +35,18 @@ _NEAR_SIDE_M = 1.5
 
 def weakest_reflectivity(recording: str, range_m: float) -> float:
     """Return the reflectivity of the weakest surface that a sensor detects at a range."""
-    far, near = WEAKEST[_key(WEAKEST, recording)]
+    far, near = of_sensor(WEAKEST, recording)
     return max(near, 0.1 * (range_m / far) ** 2)
+
+
+def of_sensor(table: dict[str, Value], recording: str) -> Value:
+    """Return the value of the sensor of a recording, whose name begins with that of the sensor."""
+    return next(value for name, value in table.items() if recording.startswith(name))
 
 
 def in_near_field(car: Car) -> bool:
     """Return whether a car is too near for the sensor's law of sensitivity."""
     return any(car.recording.startswith(key) and car.range_m < near for key, near in NEAR_M.items())
-
-
-def _key(table: dict[str, tuple[float, float]] | dict[str, float], recording: str) -> str:
-    return next(key for key in table if recording.startswith(key))
 
 
 def rig_of(frame: RecordedFrame, view: View, car: Car) -> Rig:
@@ -59,7 +64,7 @@ def unit_of(frame: RecordedFrame, car: Car) -> UnitModel:
     It reports one echo per beam, the nearest.
     """
     nearest = max(car.range_m - _NEAR_SIDE_M, _NEAR_SIDE_M)
-    divergence = DIVERGENCE_DEG[_key(DIVERGENCE_DEG, car.recording)]
+    divergence = of_sensor(DIVERGENCE_DEG, car.recording)
     order = np.argsort(frame.elevation_deg, kind="stable")
     elevation = frame.elevation_deg[order]
     step = 360.0 / frame.columns

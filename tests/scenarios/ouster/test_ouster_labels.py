@@ -4,8 +4,8 @@ import csv
 
 import numpy as np
 import pytest
-from twin.counts import on_car
 from twin.labels import CLASSES, LABELS, Car, load_cars, load_views
+from twin.pairs import on_car
 
 CARS, VIEWS = load_cars(), load_views()
 SIZES = {
@@ -55,7 +55,7 @@ def test_size_and_uncertainty_suit_the_class(car):
     assert car.range_m <= 40.0
     assert 0.3 <= car.heading_sigma_deg <= 3.0
     assert 0.05 <= car.position_sigma_m <= 0.3
-    assert car.reflectivity is None or 0.0 < car.reflectivity <= 1.0
+    assert np.isnan(car.reflectivity) or 0.0 < car.reflectivity <= 1.0
 
 
 @pytest.mark.parametrize("car", CARS, ids=lambda car: car.id)
@@ -78,7 +78,8 @@ def test_labels_of_one_frame_do_not_overlap():
 
 def test_frame_of_a_car():
     """A car 10 m ahead, turned left by 90 degrees: its left is away from the sensor."""
-    car = Car("x", "r", 0, "sedan", 10.0, 0.0, 0.2, 90.0, 4.0, 2.0, 1.5, "", "right", True, True, True, 1.0, 0.1, None)
+    seen = ("", "right", True, True, True)
+    car = Car("x", "r", 0, "sedan", 10.0, 0.0, 0.2, 90.0, 4.0, 2.0, 1.5, *seen, 1.0, 0.1, np.nan)
     np.testing.assert_allclose(car.in_box(np.array([[9.0, 1.5, 1.0]])), [[1.5, 1.0, 0.8]], atol=1e-12)
     points = np.array([[9.0, 2.1, 1.0], [9.0, 2.2, 1.0], [8.9, 0.0, 0.34], [10.0, 0.0, 1.95]])
     assert on_car(points, car).tolist() == [True, False, False, False]

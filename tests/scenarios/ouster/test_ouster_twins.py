@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 from support import separate_packages
 from support.real_data import real_file
-from twin.comparison import compare
-from twin.counts import on_car
 from twin.labels import load_cars, load_views
+from twin.pairs import on_car, pairs
 from twin.recording import load_frame
-from twin.simulated import SENSOR
-from twin.tables import SURE_DEG, mean_absolute, summary
-from twin.unit import in_near_field
+from twin.tables import heading_errors, point_counts, summary
 
 SEEDS = (11, 12)
 MOST_PERCENT, MEDIAN_PERCENT = 24.0, 18.0
@@ -33,7 +30,7 @@ def frames(folder):
 def compared(frames, folder):
     """Every unobstructed car with two twins; the documentation's table has five."""
     assert frames
-    return list(compare(folder, SENSOR, SEEDS))
+    return list(pairs(folder, SEEDS))
 
 
 @pytest.mark.parametrize("car", load_cars(), ids=lambda car: car.id)
@@ -61,7 +58,7 @@ def test_seen_side_is_at_the_points(frames, car):
 @pytest.mark.slow
 def test_headings_of_best_agree_with_the_labels(compared):
     """Bounds: the measured 0.55 and 0.28 degrees, and the labels' own uncertainty of 0.4 to 1 degrees."""
-    errors = [abs(one.errors["best"]) for one in compared if one.errors and one.car.heading_sigma_deg <= SURE_DEG]
+    errors = np.abs(heading_errors(compared)[0]["best"])
     assert len(errors) >= 20
     assert np.mean(errors) <= 0.9
     assert np.median(errors) <= 0.5
@@ -71,7 +68,8 @@ def test_headings_of_best_agree_with_the_labels(compared):
 def test_counts_of_twins(compared):
     """Bounds: the measured errors, and twice their standard error over the cars."""
     print(summary(compared))
-    far = [one.percentage_error for one in compared if not in_near_field(one.car)]
-    assert len(compared) >= 25
-    assert mean_absolute(far) <= MOST_PERCENT
-    assert np.median(np.abs(far)) <= MEDIAN_PERCENT
+    table = point_counts(compared)
+    error = table["error"][~table["near"]].abs()
+    assert len(table) >= 25
+    assert error.mean() <= MOST_PERCENT
+    assert error.median() <= MEDIAN_PERCENT
