@@ -1,12 +1,11 @@
 """Coverage of the intervals of a run's page and of a comparison, by runs of few vehicles drawn from many."""
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
-from intervals.populations import FOLDER
-from intervals.seed_coverage import Coverage, of_intervals
+from blocks.stamps import BASELINE
+from intervals.seed_coverage import FOLDER, Coverage, of_intervals
 
 from luxloop.arrays import Floats
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
@@ -17,8 +16,6 @@ from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.statistics.intervals import Interval
 from luxloop.scenarios.statistics.jackknife import jackknife_interval
 
-BASELINE = Path(__file__).parents[2] / "scenarios" / "baseline" / "catalog.jsonl"
-PAIRED = FOLDER / "paired_vehicles.csv"
 METRICS = (
     *("fit.heading_abs_mean_deg", "fit.position_abs_mean_m", "mma.y_abs_mean_m{target=moving}"),
     *("track.hota", "track.idf1", "track.mota", "track.missed_share", "track.occlusion_survival"),
@@ -31,55 +28,47 @@ Rows = Iterator[tuple[str, list[Coverage]]]
 
 def vehicle_coverage(numbers: tuple[int, ...], draws: int) -> Rows:
     """Yield a row per metric, with its coverage for runs of these numbers of vehicles."""
-    population = np.vstack([run.vehicles.columns() for run in read_side(BASELINE).runs.values()])
-    for name in METRICS:
-        metric = BY_NAME[name]
-        seen = population[metric.observations(population) > 0.0]
-        yield f"`{name}`", [_coverage(seen, metric, number, draws) for number in numbers]
-
-
-def _coverage(population: Floats, metric: ComparedMetric, vehicles: int, draws: int) -> Coverage:
-    rng, within = np.random.default_rng(vehicles), find_metric(metric.name).definition.range
-    found: list[Interval] = []
-    for drawn in population[rng.integers(len(population), size=(draws, vehicles))]:
-        total = drawn.sum(axis=0)
-        value, weight = float(metric.value(total[None])[0]), metric.observations(drawn)
-        interval = jackknife_interval(value, metric.value(total - drawn), weight, within)
-        found += [interval] if interval else []
-    return of_intervals(float(metric.value(population.sum(axis=0)[None])[0]), found)
+    vehicles = np.vstack([run.vehicles.columns() for run in read_side(BASELINE).runs.values()])
+    return _rows(METRICS, [vehicles], numbers, draws)
 
 
 def difference_coverage(numbers: tuple[int, ...], draws: int) -> Rows:
-    """Yield a row per metric, with the coverage of differences between two versions for these numbers of vehicles."""
-    base, head = _paired()
-    for name in PAIRED_METRICS:
+    """Yield a row per metric, with the coverage of differences between two versions for these numbers of vehicles.
+
+    Sums that are not in the file are 0.
+    """
+    table = pd.read_csv(FOLDER / "paired_vehicles.csv")
+    columns = ([f"{name}.{side}" for name in COLUMNS] for side in ("base", "head"))
+    sides = [table.reindex(columns=names, fill_value=0.0).to_numpy(np.float64) for names in columns]
+    return _rows(PAIRED_METRICS, sides, numbers, draws)
+
+
+def _rows(names: tuple[str, ...], sides: Sequence[Floats], numbers: tuple[int, ...], draws: int) -> Rows:
+    """Yield the rows of the sums (V, len(COLUMNS)) of the same vehicles in one or two versions."""
+    for name in names:
         metric = BY_NAME[name]
-        seen = metric.observations(base) + metric.observations(head) > 0.0
-        yield f"`{name}`", [_difference(base[seen], head[seen], metric, number, draws) for number in numbers]
+        seen = sum(metric.observations(side) for side in sides) > 0.0
+        population = [side[seen] for side in sides]
+        yield f"`{name}`", [_coverage(population, metric, number, draws) for number in numbers]
 
 
-def _difference(base: Floats, head: Floats, metric: ComparedMetric, vehicles: int, draws: int) -> Coverage:
-    rng = np.random.default_rng(vehicles)
+def _coverage(sides: Sequence[Floats], metric: ComparedMetric, vehicles: int, draws: int) -> Coverage:
+    rng, within = np.random.default_rng(vehicles), find_metric(metric.name).definition.range
     found: list[Interval] = []
-    for drawn in rng.integers(len(base), size=(draws, vehicles)):
-        before, after = base[drawn], head[drawn]
-        change = metric.value(after.sum(axis=0)[None]) - metric.value(before.sum(axis=0)[None])
-        without = metric.value(after.sum(axis=0) - after) - metric.value(before.sum(axis=0) - before)
-        weight = metric.observations(before) + metric.observations(after)
-        interval = difference_interval(float(change[0]), without, weight, metric.largest_difference)
-        found += [interval] if np.isfinite(interval).all() else []
-    truth = metric.value(head.sum(axis=0)[None]) - metric.value(base.sum(axis=0)[None])
-    return of_intervals(float(truth[0]), found)
+    for rows in rng.integers(len(sides[0]), size=(draws, vehicles)):
+        drawn = [side[rows] for side in sides]
+        weight = np.sum([metric.observations(side) for side in drawn], axis=0)
+        without = _figure(metric, [side.sum(axis=0) - side for side in drawn])
+        value = float(_figure(metric, [side.sum(axis=0)[None] for side in drawn])[0])
+        if len(sides) == 1:
+            interval = jackknife_interval(value, without, weight, within)
+        else:
+            interval = difference_interval(value, without, weight, metric.largest_difference)
+        found += [interval] if interval and np.isfinite(interval).all() else []
+    return of_intervals(float(_figure(metric, [side.sum(axis=0)[None] for side in sides])[0]), found)
 
 
-def _paired() -> tuple[Floats, Floats]:
-    """Return the sums (U, len(COLUMNS)) of vehicles in two versions of the tracker; sums not in the file are 0."""
-    table, sides = pd.read_csv(PAIRED), []
-    for side in ("base", "head"):
-        sums = np.zeros((len(table), len(COLUMNS)))
-        for column in table:
-            name, _, of = column.rpartition(".")
-            if of == side:
-                sums[:, COLUMNS.index(name)] = table[column]
-        sides.append(sums)
-    return sides[0], sides[1]
+def _figure(metric: ComparedMetric, sums: Sequence[Floats]) -> Floats:
+    """Return the figures of sums (N, len(COLUMNS)) of one version, or the differences between two."""
+    first, *others = (metric.value(side) for side in sums)
+    return others[0] - first if others else first
