@@ -6,11 +6,7 @@ python docs/export_points.py
 from pathlib import Path
 
 import numpy as np
-
-from luxloop.scenarios.files.scenario import Scenario
-from luxloop.sensor_model.lidar import Lidar
-from luxloop.sensor_model.rig.rig import load_rig
-from luxloop.sim.scripted.scripted_source import ScriptedSource
+from blocks.steps import steps
 
 EXAMPLES = Path(__file__).parent / "examples"
 COLUMNS = ("time_s", "x_m", "y_m", "z_m", "ego_x_m", "ego_y_m", "ego_yaw_rad")
@@ -20,13 +16,8 @@ FORMAT = ("%.2f", "%.2f", "%.2f", "%.2f", "%.3f", "%.3f", "%.4f")
 
 def main() -> None:
     """Run the scenario and write a row for each point."""
-    scenario = Scenario.load(EXAMPLES / "points.toml")
-    source = ScriptedSource(scenario.traffic, scenario.folder, range_m=100.0)
-    rig = load_rig(str(scenario.rig), scenario.folder)
-    lidar = Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, source.reset(scenario.seed))
     rows = []
-    for _ in range(round(scenario.duration_s / source.dt)):
-        scan, _ = lidar.scan(source.step())
+    for scan in (step.scan for step in steps(EXAMPLES / "points.toml")):
         per_scan = np.tile([scan.time, *scan.ego_pose_odom], (len(scan), 1))
         rows.append(np.column_stack([per_scan[:, 0], scan.points_ego, per_scan[:, 1:]]))
     table = np.concatenate(rows)

@@ -9,7 +9,6 @@ from blocks.reference import definitions
 from blocks.stamps import CATALOG
 
 FAMILIES = ("highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary")
-SENSOR = ("beams", "causes")
 CROSSING = ("sumo-crossing",)
 REAL = "LUXLOOP_REAL_DATA=DIR python docs/figures.py"
 
@@ -53,8 +52,8 @@ def of_code() -> Iterator[tuple[str, Block]]:
 
 def of_catalog_runs() -> Iterator[tuple[str, Block]]:
     """Yield the blocks that show runs of the catalog with their own seeds."""
-    for name, maker in (("report", "report"), ("figures", "figures")):
-        yield name, Block(f"screens:{maker}", "luxloop run sumo-crossing", CROSSING, checked=True)
+    for name in ("report", "figures"):
+        yield name, Block(f"screens:{name}", "luxloop run sumo-crossing", CROSSING, checked=True)
     yield "blame", Block("oracles:blame", "luxloop blame sumo-crossing", CROSSING, checked=True)
     for name in ("verdict", *(f"table {number}" for number in range(1, 5))):
         yield name, Block(f"paper:{name.split()[0]}", "luxloop paper", ("paper-campus",), checked=True)
@@ -75,9 +74,7 @@ def of_other_runs() -> Iterator[tuple[str, Block]]:
         yield name, Block("studies:picture", studies.command(name), whole)
     yield "survival", Block("studies:survival", studies.sweep("occlusion"), whole)
     yield "emergence", Block("studies:emergence", ", ".join(map(studies.sweep, studies.EMERGENCE)), whole)
-    for name in (f"sensor_{module}" for module in SENSOR):
-        yield name, Block("drawings:draw", f"python docs/figures.py {name}", whole)
-    yield "motion_lane_change", Block("lane_change:draw", "python docs/figures.py motion_lane_change", whole)
+    yield "sensor_beams", Block("beams:draw", "python docs/figures.py sensor_beams", whole)
     yield "bodies", Block("bodies:draw", "python docs/figures.py bodies", whole)
     yield "ceiling", Block("oracles:ceiling", "luxloop ceiling sumo-crossing --seeds 11-13", whole)
     yield "trackers", Block("screens:trackers", "luxloop run docs/examples/my-first.toml", whole)
@@ -85,7 +82,7 @@ def of_other_runs() -> Iterator[tuple[str, Block]]:
     yield "league picture", Block("league:picture", "luxloop league", whole)
     yield "alone", Block("ablation:table", "python docs/figures.py alone", whole)
     for name in ("stages", "scaling"):
-        yield name, Block("performance:table", "make bench", whole)
+        yield name, Block(f"performance:{name}", "make bench", whole)
     yield "performance", Block("performance:picture", "make bench", whole)
     yield from of_real_data(whole)
 
@@ -93,7 +90,7 @@ def of_other_runs() -> Iterator[tuple[str, Block]]:
 def of_real_data(whole: tuple[str, ...]) -> Iterator[tuple[str, Block]]:
     """Yield the blocks that need recordings of real vehicles."""
     makers = {
-        "gap": "paper_gap:block", "paper_gap": "paper_gap:picture",
+        "gap": "paper_gap:table",
         "real cars": "real_cars:table", "realism_real_cars": "real_cars:picture",
         "twin counts": "real_cars:counts", "twin headings": "real_cars:headings",
         "street": "realism:block",

@@ -1,4 +1,4 @@
-"""docs/sensor.md and the ablation of docs/tracker.md: completeness of keys, defaults, names, pictures and rows."""
+"""docs/sensor.md and the ablation of docs/tracker.md: completeness of keys, defaults, names and rows."""
 
 import dataclasses
 import importlib
@@ -7,7 +7,6 @@ import tomllib
 
 import pytest
 from blocks import ablation
-from blocks.catalog import SENSOR
 from support.pages import block
 from support.paths import DOCS
 
@@ -71,15 +70,6 @@ def test_every_member_of_the_truth_is_documented(name):
 def test_every_field_of_the_truth_is_documented():
     for field in dataclasses.fields(truth.ScanTruth):
         assert f"`{field.name}`" in PAGE
-
-
-def test_every_picture_is_drawn_and_shown():
-    """Fails for a picture without a module that draws it, and for one that is drawn but not shown."""
-    shown = set(re.findall(r"pictures/sensor_(\w+)\.png\)", PAGE))
-    assert shown == set(SENSOR)
-    for name in SENSOR:
-        assert (DOCS / "sensor_pictures" / f"{name}.py").exists()
-        assert (DOCS / "pictures" / f"sensor_{name}.png").stat().st_size < 200_000
 
 
 def test_the_ablation_has_a_row_for_every_kind_of_noise_and_today_s_default():
