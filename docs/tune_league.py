@@ -9,9 +9,9 @@ boxes of the training scans are detected once. FOLDER keeps the recorded scans; 
 minutes.
 """
 
-import argparse
 import math
 import statistics
+import sys
 import zlib
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
@@ -33,13 +33,16 @@ from luxloop.tracker.records import Detection
 SCENARIOS, SEEDS, DURATION_S = ("bus-stop", "roundabout-v0", "motorway-exit"), (1, 2, 3), 5.0
 EVALUATIONS = 8
 
+Settings = dict[str, Any]
 Range = tuple[str, float, float]
 """Kind (`log`, `linear` or `whole`) and both ends."""
+HITS: Range = ("whole", 3, 10)
+COAST_S: Range = ("log", 0.25, 2.0)
 COMMON: dict[str, Range] = {
     "position_std_m": ("log", 0.15, 1.0),
     "gate_sigma": ("linear", 2.5, 6.0),
-    "confirm_hits": ("whole", 3, 10),
-    "coast_s": ("log", 0.25, 2.0),
+    "confirm_hits": HITS,
+    "coast_s": COAST_S,
 }
 SOUP: dict[str, Range] = {"acceleration": ("log", 0.5, 30.0), **COMMON}
 JOINT: dict[str, Range] = {**SOUP, "detect_probability": ("linear", 0.6, 0.98), "clutter_per_m2": ("log", 1e-4, 0.1)}
@@ -54,8 +57,8 @@ RANGES: dict[str, dict[str, Range]] = {
     },
     "norfair": {
         "distance_m": ("linear", 1.0, 4.0),
-        "confirm_hits": ("whole", 3, 10),
-        "coast_s": ("log", 0.25, 2.0),
+        "confirm_hits": HITS,
+        "coast_s": COAST_S,
         "measurement_variance": ("log", 0.02, 1.0),
         "process_variance": ("log", 0.001, 0.3),
     },
@@ -76,46 +79,34 @@ class Detected:
         return self._by_time[scan.time]
 
 
-def main() -> None:
+def main(folder: Path) -> None:
     """Record the training scans, tune every peer, and write the file."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="folder of the recorded scans")
-    folder = parser.parse_args().folder
-    todo = drives(SCENARIOS, SEEDS, DURATION_S, [], folder)
     with ProcessPoolExecutor(2) as pool:
-        names = list(pool.map(record, todo))
-        runs = [folder / SCANS / name for name in names]
-        found = list(pool.map(partial(tuned, runs), RANGES))
+        names = list(pool.map(record, drives(SCENARIOS, SEEDS, DURATION_S, [], folder)))
+        found = list(pool.map(partial(tuned, [folder / SCANS / name for name in names]), RANGES))
     with atomic_file.create(PARAMETERS) as temporary:
         temporary.write_text(document(dict(zip(RANGES, found, strict=True))), encoding="utf-8")
 
 
-def tuned(runs: list[Path], name: str) -> list[tuple[float, dict[str, Any]]]:
+def tuned(runs: list[Path], name: str) -> list[tuple[float, Settings]]:
     """Return the mean HOTA and the settings of each evaluation of a peer."""
     entrant = Entrant(name, entrants()[name].place, "")
     rng = np.random.default_rng(zlib.crc32(name.encode()))
-    tried: list[dict[str, Any]] = [{}, *(drawn(RANGES[name], rng) for _ in range(EVALUATIONS - 1))]
-    found = []
-    for settings in tried:
-        found.append((mean_hota(entrant, settings, runs), settings))
-        print(f"{name}: {found[-1][0]:.3f} {settings}", flush=True)
-    return found
+    tried: list[Settings] = [{}]
+    tried += [{key: drawn(one, rng) for key, one in RANGES[name].items()} for _ in range(EVALUATIONS - 1)]
+    return [(mean_hota(entrant, settings, runs), settings) for settings in tried]
 
 
-def drawn(ranges: dict[str, Range], rng: np.random.Generator) -> dict[str, Any]:
-    """Return settings at random, with three significant digits."""
-    settings: dict[str, Any] = {}
-    for name, (kind, low, high) in ranges.items():
-        if kind == "whole":
-            settings[name] = int(rng.integers(low, high + 1))
-        elif kind == "log":
-            settings[name] = float(f"{math.exp(rng.uniform(math.log(low), math.log(high))):.3g}")
-        else:
-            settings[name] = float(f"{rng.uniform(low, high):.3g}")
-    return settings
+def drawn(within: Range, rng: np.random.Generator) -> float:
+    """Return a value at random, with three significant digits."""
+    kind, low, high = within
+    if kind == "whole":
+        return int(rng.integers(int(low), int(high) + 1))
+    value = math.exp(rng.uniform(math.log(low), math.log(high))) if kind == "log" else rng.uniform(low, high)
+    return float(f"{value:.3g}")
 
 
-def mean_hota(entrant: Entrant, settings: dict[str, Any], runs: list[Path]) -> float:
+def mean_hota(entrant: Entrant, settings: Settings, runs: list[Path]) -> float:
     """Return the mean HOTA of a peer over the training runs."""
     kind = AutowareDetector if entrant.name == "autoware-bicycle" else Detector
     values = []
@@ -125,6 +116,7 @@ def mean_hota(entrant: Entrant, settings: dict[str, Any], runs: list[Path]) -> f
         hota = Regrader(run, run.scenario).tracker(device, entrant.name).metrics["track.hota"].value
         assert hota is not None
         values.append(hota)
+    print(f"{entrant.name}: {statistics.fmean(values):.3f} {settings}", flush=True)
     return statistics.fmean(values)
 
 
@@ -135,7 +127,7 @@ def detected(path: Path, kind: type[Detector]) -> tuple[RecordedRun, Detected]:
     return run, Detected(run, kind)
 
 
-def document(found: dict[str, list[tuple[float, dict[str, Any]]]]) -> str:
+def document(found: dict[str, list[tuple[float, Settings]]]) -> str:
     """Return the file of settings, with the HOTA of the defaults and of the best settings."""
     lines = [
         f"# Settings of the peers, chosen by docs/tune_league.py: the best of {EVALUATIONS} evaluations each,",
@@ -150,4 +142,6 @@ def document(found: dict[str, list[tuple[float, dict[str, Any]]]]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(Path(sys.argv[1]))

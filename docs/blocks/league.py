@@ -2,19 +2,33 @@
 
 import json
 import shutil
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from blocks import commands
+from blocks.markdown import markdown
 
 PICTURE = Path(__file__).parents[1] / "pictures" / "league.png"
 OUT = commands.RUNS / "league"
+HEAD = ("tracker", "HOTA", "95 %", "id switches", "GOSPA [m]", "false", "missed", "step time", "runs, failed")
+
+
+@cache
+def result() -> dict[str, Any]:
+    """Return the league's result; finished runs are taken up."""
+    commands.output(f"luxloop league --out {OUT.relative_to(commands.ROOT)}")
+    found: dict[str, Any] = json.loads((OUT / "league.json").read_text(encoding="utf-8"))
+    return found
 
 
 def tables(_name: str) -> str:
     """Return the answer and the standings."""
     found = result()
-    return f"{summary(found)}\n\n{standings(found)}"
+    seeds = ", ".join(map(str, found["seeds"]))
+    size = f"{len(found['scenarios'])} scenarios, seeds {seeds}, {found['duration_max_s']:g} s each"
+    standings = markdown(HEAD, map(cells, found["standings"]))
+    return f"{len(found['rows'])} runs: {size}. {found['answer']}.\n\n{standings}"
 
 
 def picture(_name: str) -> None:
@@ -23,35 +37,14 @@ def picture(_name: str) -> None:
     shutil.copyfile(OUT / "hota.png", PICTURE)
 
 
-def result() -> dict[str, Any]:
-    """Return the league's result; finished runs are taken up."""
-    commands.output(f"luxloop league --out {OUT.relative_to(commands.ROOT)}")
-    found: dict[str, Any] = json.loads((OUT / "league.json").read_text(encoding="utf-8"))
-    return found
-
-
-def summary(found: dict[str, Any]) -> str:
-    """Return the size of the league and its result in a paragraph."""
-    seeds = ", ".join(map(str, found["seeds"]))
-    size = f"{len(found['scenarios'])} scenarios, seeds {seeds}, {found['duration_max_s']:g} s each"
-    runs = f"{len(found['rows'])} runs: {size}"
-    return f"{runs}. {found['answer']}."
-
-
-def standings(found: dict[str, Any]) -> str:
-    """Return the table of all trackers."""
-    lines = ["| tracker | HOTA | 95 % | id switches | GOSPA [m] | false | missed | step time | runs, failed |",
-             "|---|---|---|---|---|---|---|---|---|"]  # fmt: skip
-    for each in found["standings"]:
-        low, high = each["hota_interval"]
-        counts = each["counts"]
-        cells = [
-            each["tracker"], number(each["hota"]), f"{number(low)} to {number(high)}", counts["id_switches"],
-            number(each["gospa_m"]), counts["false"], counts["missed"], f"{each['step_ratio']:.1f}",
-            f"{each['runs']}, {each['failed']}",
-        ]  # fmt: skip
-        lines.append(f"| {' | '.join(map(str, cells))} |")
-    return "\n".join(lines)
+def cells(each: dict[str, Any]) -> tuple[object, ...]:
+    """Return the row of a tracker."""
+    low, high = map(number, each["hota_interval"])
+    counts = each["counts"]
+    return (
+        each["tracker"], number(each["hota"]), f"{low} to {high}", counts["id_switches"], number(each["gospa_m"]),
+        counts["false"], counts["missed"], f"{each['step_ratio']:.1f}", f"{each['runs']}, {each['failed']}",
+    )  # fmt: skip
 
 
 def number(value: float | None) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 from blocks import commands, stamps
+from blocks.markdown import markdown
 
 from luxloop.scenarios.realism import fit_observations, vehicle_figures
 from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle
@@ -60,15 +61,14 @@ def picture(name: str) -> None:
 
 def table(figures: Json) -> str:
     """Return the Markdown table of figures, with the number that agree."""
-    lines = ["| figure | real (quartiles) | simulated [95 %] | verdict |", "|---|---|---|---|"]
+    rows = []
     for name, entry in figures.items():
         figure = BY_NAME.get(name) or _band(name)
         unit = "" if figure.unit == "1" else f" [{figure.unit}]"
-        cells = [f"{figure.label}{unit}", _real(entry, figure), _simulated(entry, figure), entry["verdict"]]
-        lines.append(f"| {' | '.join(cells)} |")
-    judged = [f for f in figures.values() if f["verdict"] != "n/a"]
-    lines.append(f"| **agree** | | {sum(f['verdict'] == 'agrees' for f in judged)} of {len(judged)} | |")
-    return "\n".join(lines)
+        rows.append((f"{figure.label}{unit}", _real(entry, figure), _simulated(entry, figure), entry["verdict"]))
+    verdicts = [verdict for *_, verdict in rows if verdict != "n/a"]
+    rows.append(("**agree**", "", f"{verdicts.count('agrees')} of {len(verdicts)}", ""))
+    return markdown(("figure", "real (quartiles)", "simulated [95 %]", "verdict"), rows)
 
 
 def _band(name: str) -> Figure:

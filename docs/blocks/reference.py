@@ -1,11 +1,14 @@
 """Parts that follow from the code alone: tables of keys and scenarios, and what examples print."""
 
 import json
+import re
 import subprocess
 import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from blocks.markdown import markdown
 
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
@@ -31,11 +34,6 @@ def definitions() -> dict[str, Json]:
     return {name: one for schema in schemas for name, one in {schema["title"]: schema, **schema["$defs"]}.items()}
 
 
-def keys(name: str) -> str:
-    """Return the table of keys of `keys of TABLE`."""
-    return key_table(definitions()[name.removeprefix("keys of ")], definitions())
-
-
 @cache
 def shipped() -> list[Scenario]:
     """Return the scenarios that ship."""
@@ -43,13 +41,24 @@ def shipped() -> list[Scenario]:
 
 
 def scenarios(name: str) -> str:
-    """Return the table of `scenarios of FAMILY`."""
-    return scenario_table([one for one in shipped() if one.folder.name == name.removeprefix("scenarios of ")])
+    """Return the table of `scenarios of FAMILY`: description, reason and expectations."""
+    rows = []
+    for scenario in (one for one in shipped() if one.folder.name == name.removeprefix("scenarios of ")):
+        title = f"`{scenario.name}`" + (" (smoke)" if scenario.suite == "smoke" else "")
+        limits = [f"`{metric}` {limit}" for metric, limit in scenario.expect.items()]
+        rows.append((title, scenario.description, scenario.reason, "<br>".join(limits)))
+    return markdown(("scenario", "what happens", "why", "expected"), rows)
 
 
 def known_failures(_name: str) -> str:
-    """Return the table of all known failures."""
-    return failure_table(shipped())
+    """Return the table of the expectations that are known to fail, with causes."""
+    rows = (
+        (f"`{scenario.name}`", f"`{metric}` {limit}", limit.known_failure)
+        for scenario in shipped()
+        for metric, limit in scenario.expect.items()
+        if limit.known_failure
+    )
+    return markdown(("scenario", "expectation", "why it fails"), rows)
 
 
 def printed(name: str) -> str:
@@ -67,44 +76,21 @@ def program(name: str) -> str:
 def tuned(_name: str) -> str:
     """Return the scores of the league's peers before and after the choice of their settings."""
     text = PARAMETERS.read_text(encoding="utf-8")
-    lines = ["| peer | HOTA with its defaults | with the best of eight |", "|---|---|---|"]
-    for line in (line for line in text.splitlines() if line.startswith("[")):
-        name, _, figures = line.partition(" # HOTA ")
-        best, _, default = figures.partition(", with the defaults ")
-        lines.append(f"| `{name.strip('[]')}` | {default} | {best}{', the defaults' * (best == default)} |")
-    return "\n".join(lines)
+    rows = []
+    for name, best, default in re.findall(r"^\[(.+)\] # HOTA (.+), with the defaults (.+)$", text, re.MULTILINE):
+        rows.append((f"`{name}`", default, f"{best}, the defaults" if best == default else best))
+    return markdown(("peer", "HOTA with its defaults", "with the best of eight"), rows)
 
 
-def scenario_table(scenarios: list[Scenario]) -> str:
-    """Return description, reason and expectations of scenarios as a Markdown table."""
-    rows = ["| scenario | what happens | why | expected |", "|---|---|---|---|"]
-    for scenario in scenarios:
-        name = f"`{scenario.name}`" + (" (smoke)" if scenario.suite == "smoke" else "")
-        limits = [f"`{metric}` {limit}" for metric, limit in scenario.expect.items()]
-        rows.append(f"| {name} | {scenario.description} | {scenario.reason} | {'<br>'.join(limits)} |")
-    return "\n".join(rows)
-
-
-def failure_table(scenarios: list[Scenario]) -> str:
-    """Return the expectations that are known to fail, with causes, as a Markdown table."""
-    rows = ["| scenario | expectation | why it fails |", "|---|---|---|"]
-    rows += [
-        f"| `{scenario.name}` | `{metric}` {limit} | {limit.known_failure} |"
-        for scenario in scenarios
-        for metric, limit in scenario.expect.items()
-        if limit.known_failure
-    ]
-    return "\n".join(rows)
-
-
-def key_table(definition: Json, definitions: Json) -> str:
-    """Return the keys of one table of a scenario file as Markdown."""
+def keys(name: str) -> str:
+    """Return the table of keys of `keys of TABLE`."""
+    definition = definitions()[name.removeprefix("keys of ")]
     required = definition.get("required", [])
-    rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
-    for key, field in definition["properties"].items():
-        default = "required" if key in required else default_of(field)
-        rows.append(f"| `{key}` | {type_of(field)} | {default} | {meaning_of(field, definitions)} |")
-    return "\n".join(rows)
+    rows = (
+        (f"`{key}`", type_of(field), "required" if key in required else default_of(field), meaning_of(field))
+        for key, field in definition["properties"].items()
+    )
+    return markdown(("key", "type", "default", "meaning"), rows)
 
 
 def default_of(field: Json) -> str:
@@ -124,9 +110,9 @@ def type_of(field: Json) -> str:
     return TYPES.get(field.get("type", ""), "table")
 
 
-def meaning_of(field: Json, definitions: Json) -> str:
+def meaning_of(field: Json) -> str:
     """Return a key's description, or else that of the table it contains."""
     text: str = field.get("description", "")
     if not text and "$ref" in field:
-        text = definitions[field["$ref"].rpartition("/")[2]].get("description", "").partition("\n\n")[0]
+        text = definitions()[field["$ref"].rpartition("/")[2]].get("description", "").partition("\n\n")[0]
     return " ".join(text.split()).replace("|", "\\|")

@@ -60,5 +60,5 @@ def test_a_table_of_a_comparison_by_hand():
         "|---|---|---|---|",
         "| bow end 0.45 to 0.75 m [cm] | 16.5 (10.0 to 30.0) | 15.2 [10.0, 20.0] | agrees |",
         "| heading error best [deg] | 2.65 (0.5 to 2.0) | n/a | n/a |",
-        "| **agree** | | 1 of 1 | |",
+        "| **agree** |  | 1 of 1 |  |",
     ]
