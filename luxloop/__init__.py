@@ -1,6 +1,6 @@
 """Simulation-in-the-loop testbed for low-cost LIDAR vehicle tracking.
 
-This module names the Python interface, which docs/python.md explains. A name is imported when it is used, so that
+This module names the Python interface, which docs/command-line.md explains. A name is imported when it is used, so that
 `import luxloop` is fast.
 """
 

@@ -51,11 +51,10 @@ from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
 
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
-PYTHON, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("python", "paper", "how-it-works"))
-INDEX, FIRST_STEPS, COMMANDS = (ROOT / "docs" / f"{name}.md" for name in ("index", "getting-started", "command-line"))
+INDEX, TRACKER, PAPER, COMMANDS = (ROOT / "docs" / f"{name}.md" for name in ("index", "tracker", "paper", "command-line"))
 STRESS = "stress-tests.md"
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
-EXAMPLES = {README: "braking-car.toml", FIRST_STEPS: "my-first.toml"}
+EXAMPLES = {README: "braking-car.toml", INDEX: "my-first.toml"}
 """The scenario file that a page shows as a whole."""
 VARIANT = ROOT / "docs" / "examples" / "paper-variant.toml"
 SHORT_S = "1"
@@ -127,19 +126,19 @@ def cut_short(study: str) -> str:
 
 @pytest.fixture(scope="module")
 def newcomer(tmp_path_factory):
-    """A folder in which every command of the README and of the first pages was executed, and the exit codes."""
+    """A folder in which every command of the README and of the first page was executed, and the exit codes."""
     folder = tmp_path_factory.mktemp("clone")
     (folder / "docs").symlink_to(ROOT / "docs")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.syspath_prepend(folder)
-        typed = dict.fromkeys(shlex.join(words) for page in (README, FIRST_STEPS) for words in commands(page))
+        typed = dict.fromkeys(shlex.join(words) for page in (README, INDEX) for words in commands(page))
         codes = {line: follow(shlex.split(line)) for line in typed if line.startswith("luxloop ")}
     return folder, codes
 
 
 @pytest.mark.slow
-def test_every_command_of_the_readme_and_the_first_pages_runs(newcomer):
+def test_every_command_of_the_readme_and_the_first_page_runs(newcomer):
     _, codes = newcomer
     assert any("--tracker docs.examples.my_tracker" in command for command in codes)
     for example in EXAMPLES.values():
@@ -178,7 +177,7 @@ def test_the_citation_and_the_changelog_are_of_this_version():
 
 def test_every_make_target_that_is_named_exists():
     targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)[1].split()
-    typed = {words[1] for page in (README, FIRST_STEPS) for words in commands(page) if words[0] == "make"}
+    typed = {words[1] for page in (README, INDEX) for words in commands(page) if words[0] == "make"}
     named = {name for page in PAGES for name in re.findall(r"`make (\w+)`", page.read_text(encoding="utf-8"))}
     assert typed == {"demo", "test"}
     assert typed | named <= set(targets)
@@ -199,7 +198,7 @@ def test_pages_quote_their_example_scenario(page):
 def test_pages_show_the_first_screen_as_it_is_printed():
     """Verdict, limits, figures and commands are today's. Values may differ between machines."""
     again = "run: python docs/figures.py report"
-    lines = block(FIRST_STEPS, "report").splitlines()[1:-1]
+    lines = block(INDEX, "report").splitlines()[1:-1]
     expect = Scenario.load(listing.find(screens.REPORTED)).expect
     assert len(lines) <= 20
     assert max(map(len, lines)) <= screens.COLUMNS
@@ -250,7 +249,7 @@ def test_the_commands_of_the_page_of_emergence_run(tmp_path, monkeypatch):
 
 def test_the_paper_s_own_tracker_is_quoted_and_drives_through_paper_campus():
     text = VARIANT.read_text(encoding="utf-8")
-    assert blocks(HOW, "toml") == [text[text.index("[tracker") :]]
+    assert blocks(TRACKER, "toml") == [text[text.index("[tracker") :]]
     shipped, own = listing.paths()["paper-campus"].read_text(encoding="utf-8"), tomllib.loads(text)
     moved = tomllib.loads(shipped.replace('"paper-campus/', '"../../scenarios/catalog/urban/paper-campus/'))
     for document in (moved, own):
@@ -283,14 +282,14 @@ def test_examples_of_scenario_files_are_valid(text, tmp_path, monkeypatch):
         assert main(["run", str(path), "--duration", "0.4", "--no-recording"]) == 0
 
 
-def test_the_python_page_shows_what_the_tracker_alone_prints_where_there_is_no_simulator():
+def test_the_page_shows_what_the_tracker_alone_prints_where_there_is_no_simulator():
     """Figures may differ from machine to machine."""
     command = ["docs/examples/track_csv.py", "docs/examples/points.csv"]
-    assert ["python", *command] in commands(PYTHON)
+    assert ["python", *command] in commands(TRACKER)
     alone = f"import runpy, sys; sys.modules.update(dict.fromkeys({ABSENT})); sys.argv = {command}"
     run = f"{alone}; runpy.run_path({command[0]!r}, run_name='__main__')"
     printed = subprocess.run([sys.executable, "-c", run], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    shown = "\n".join(block(PYTHON, "output").splitlines()[1:-1])
+    shown = "\n".join(block(TRACKER, "output").splitlines()[1:-1])
     assert without_figures(shown) == without_figures(printed), "run: python docs/figures.py output"
     assert "confirmed" in shown
 
@@ -300,11 +299,12 @@ def without_figures(text: str) -> list[list[str]]:
 
 
 @pytest.mark.slow
-def test_the_python_page_s_examples_run_and_leave_no_file(tmp_path, monkeypatch):
+def test_the_python_examples_of_the_pages_run_and_leave_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "page"}
-    for code in blocks(PYTHON, "python"):
-        exec(compile(code, PYTHON.name, "exec"), names)
+    for page in (COMMANDS, TRACKER):
+        for code in blocks(page, "python"):
+            exec(compile(code, page.name, "exec"), names)
     assert list(tmp_path.iterdir()) == []
     assert names["again"].trace_hash == names["result"].trace_hash
     assert names["with_arguments"].trace_hash != names["blind"].trace_hash
@@ -314,8 +314,8 @@ def test_the_python_page_s_examples_run_and_leave_no_file(tmp_path, monkeypatch)
     assert len(names["observations"]) == 1
 
 
-def test_the_python_page_lists_the_interface():
-    listed = {name for cell in re.findall(r"^\| (`.*?`) \|", PYTHON.read_text(encoding="utf-8"), re.MULTILINE)
+def test_the_page_lists_the_python_interface():
+    listed = {name for cell in re.findall(r"^\| (`.*?`) \|", COMMANDS.read_text(encoding="utf-8"), re.MULTILINE)
               for name in re.findall(r"`(\w+)`", cell)}  # fmt: skip
     assert {*luxloop.__all__} - {"__version__"} <= listed
     arguments = inspect.signature(luxloop.run).parameters.keys() - {"scenario", "step_timeout_s", "ahead"}
@@ -326,7 +326,7 @@ COMMON = ("arrays", "compiled", "elementary", "elementwise")
 """Modules that simulator, sensor and tracker share."""
 
 
-def test_the_python_page_lists_every_package_that_the_tracker_imports():
+def test_the_page_lists_every_package_that_the_tracker_imports():
     common = [ROOT / "luxloop" / f"{name}.py" for name in COMMON]
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (*common, *(ROOT / "tracker").rglob("*.py"))]
     nodes = [node for tree in trees for node in ast.walk(tree)]
@@ -341,8 +341,8 @@ def test_the_python_page_lists_every_package_that_the_tracker_imports():
     of_luxloop = [node.names for node in nodes if isinstance(node, ast.ImportFrom) and node.module == "luxloop"]
     assert {alias.name for names in of_luxloop for alias in names} <= set(COMMON)
     others = {name.partition(".")[0] for name in imported} - {*sys.stdlib_module_names, "luxloop"}
-    assert others == set(re.findall(r"^\| `(\w+)` \|", section(PYTHON, "The tracker alone"), re.MULTILINE))
-    (installed,) = (words[2:] for words in commands(PYTHON) if words[:2] == ["pip", "install"] and "." not in words)
+    assert others == set(re.findall(r"^\| `(\w+)` \|", section(TRACKER, "The tracker alone"), re.MULTILINE))
+    (installed,) = (words[2:] for words in commands(TRACKER) if words[:2] == ["pip", "install"] and "." not in words)
     assert others == set(installed)
 
 

@@ -1,4 +1,4 @@
-"""The page "From the paper to the code": every function exists, every equation has a row, and settings are right."""
+"""The chapter "From the paper to the code" of docs/tracker.md: every function exists, every equation has a row, and settings are right."""
 
 import importlib
 import re
@@ -8,11 +8,12 @@ from operator import attrgetter
 from pathlib import Path
 
 import pytest
+from support.pages import chapter
 
 from luxloop.tracker.tracker import TrackerConfig
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = (DOCS / "paper-to-code.md").read_text(encoding="utf-8")
+PAGE = chapter("tracker.md", "From the paper to the code")
 VARIANT = tomllib.loads((DOCS / "examples" / "paper-variant.toml").read_text(encoding="utf-8"))["tracker"]
 ROWS = [[cell.strip() for cell in row.split("|")[1:-1]] for row in re.findall(r"^\| .*\|$", PAGE, re.MULTILINE)]
 FUNCTIONS = re.findall(r"\[`([\w.]+)`\]\(\.\./(tracker/[\w/]+)\.py\)", PAGE)

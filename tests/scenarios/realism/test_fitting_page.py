@@ -1,4 +1,4 @@
-"""docs/fitting.md: its table is made of what `luxloop fits --json` prints."""
+"""The chapter on fitting of docs/realism.md: its table is made of what `luxloop fits --json` prints."""
 
 from blocks import claims
 from blocks.fitting import VIEWS, table_of
