@@ -42,7 +42,7 @@ def of_code() -> Iterator[tuple[str, Block]]:
     for name in FAMILIES:
         yield f"scenarios of {name}", Block("reference:scenarios", cheap=True)
     yield "known failures", Block("reference:known_failures", cheap=True)
-    yield "nearest", Block("reference:program", cheap=True)
+    yield "nearest", Block("reference:nearest", cheap=True)
     yield "tuned", Block("reference:tuned", "python docs/tune_league.py FOLDER", cheap=True)
     yield "first run", Block("reference:printed", "python docs/examples/first_run.py", cheap=True)
     for name in ("seeds", "differences"):
@@ -61,9 +61,9 @@ def of_catalog_runs() -> Iterator[tuple[str, Block]]:
     yield "crossing", Block("crossing:draw", "luxloop run sumo-crossing", CROSSING, checked=True)
     yield (
         "report picture",
-        Block("report_picture:draw", "luxloop report runs/sumo-crossing-seed1", CROSSING, checked=True),
+        Block("screenshots:report", "luxloop report runs/sumo-crossing-seed1", CROSSING, checked=True),
     )
-    yield "recording", Block("recording_picture:draw", "luxloop view runs/sumo-crossing-seed1", CROSSING, checked=True)
+    yield "recording", Block("screenshots:recording", "luxloop view runs/sumo-crossing-seed1", CROSSING, checked=True)
     yield "scan", Block("scan:draw", "luxloop run ring", ("ring",), checked=True)
 
 

@@ -45,7 +45,7 @@ def cell(column: Json, name: str) -> str:
     return interval(*column["error_deg"][name])
 
 
-def interval(value: float, limits: list[float] | None, sign: str = "") -> str:
+def interval(value: float, limits: list[float] | None, *, sign: str = "") -> str:
     """Return a value with its interval."""
     ends = f" [{', '.join(f'{end:{sign}.2f}' for end in limits)}]" if limits else ""
     return f"{value:{sign}.2f}{ends}"

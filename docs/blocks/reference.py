@@ -67,9 +67,9 @@ def printed(name: str) -> str:
     return f"```text\n{done.stdout.strip()}\n```"
 
 
-def program(name: str) -> str:
-    """Return the whole of an example."""
-    text = (EXAMPLES / f"{name}.py").read_text(encoding="utf-8")
+def nearest(_name: str) -> str:
+    """Return the whole of the tracker that own-tracker.md shows."""
+    text = (EXAMPLES / "ci" / "my_tracker.py").read_text(encoding="utf-8")
     return f"```python\n{text}```"
 
 

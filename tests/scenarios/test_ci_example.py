@@ -60,10 +60,6 @@ def test_every_case_is_a_valid_scenario_with_needs():
         assert all(limit.need for limit in scenario.expect.values())
 
 
-def test_the_tracker_is_the_one_of_the_documentation():
-    assert (REPOSITORY / "my_tracker.py").read_bytes() == (EXAMPLES / "nearest.py").read_bytes()
-
-
 def test_the_commands_of_the_page_make_a_repository_of_the_tracker(tmp_path):
     """Fails if the address of luxloop is not put in, or a file of the example is ignored by git."""
     page = (DOCS / "own-tracker.md").read_text(encoding="utf-8")

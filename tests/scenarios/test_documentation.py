@@ -51,7 +51,9 @@ from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
 
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
-INDEX, TRACKER, PAPER, COMMANDS = (ROOT / "docs" / f"{name}.md" for name in ("index", "tracker", "paper", "command-line"))
+INDEX, TRACKER, PAPER, COMMANDS = (
+    ROOT / "docs" / f"{name}.md" for name in ("index", "tracker", "paper", "command-line")
+)
 STRESS = "stress-tests.md"
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 EXAMPLES = {README: "braking-car.toml", INDEX: "my-first.toml"}

@@ -1,4 +1,4 @@
-"""The chapter "From the paper to the code" of docs/tracker.md: every function exists, every equation has a row, and settings are right."""
+"""From the paper to the code, a chapter of docs/tracker.md: functions, equations and settings are those of the code."""
 
 import importlib
 import re

@@ -1,4 +1,4 @@
-"""The tracker of nearest.py in its own process.
+"""The tracker of docs/examples/ci/my_tracker.py in its own process.
 
 luxloop run docs/examples/my-first.toml --tracker "process:python docs/examples/process/nearest_process.py"
 """
@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.append(str(Path(__file__).parents[1]))
+sys.path.append(str(Path(__file__).parents[1] / "ci"))
 
-from nearest import Nearest
+from my_tracker import Nearest
 
 from luxloop.tracker.scan import Scan
 

@@ -174,7 +174,7 @@ EXAMPLES = ROOT / "docs" / "examples"
 
 def test_own_trackers_take_part_beside_the_shipped_one(league, tmp_path, capsys):
     """A class in a file and the same tracker as a process have the same tracks, in the standings and on the page."""
-    out, own = tmp_path / "out", str(EXAMPLES / "nearest.py")
+    out, own = tmp_path / "out", str(EXAMPLES / "ci" / "my_tracker.py")
     shutil.copytree(league[0] / "scans", out / "scans")
     command = f"process:{sys.executable} {EXAMPLES / 'process' / 'nearest_process.py'}"
     options = ["--trackers", f"{own}:Nearest", "--trackers", command, "--json"]
@@ -193,19 +193,19 @@ def test_own_trackers_take_part_beside_the_shipped_one(league, tmp_path, capsys)
     [
         ("mine.py:Mine", "--trackers mine.py:Mine: no file mine.py; give the path of a Python file"),
         (
-            f"{EXAMPLES / 'nearest.py'}:Furthest",
-            f"--trackers {EXAMPLES / 'nearest.py'}:Furthest: Furthest is not there",
+            f"{EXAMPLES / 'ci/my_tracker.py'}:Furthest",
+            f"--trackers {EXAMPLES / 'ci/my_tracker.py'}:Furthest: Furthest is not there",
         ),
         ("process:no-such-program", "no-such-program"),
         (
-            f"{EXAMPLES / 'nearest.py'}:Nearest,a.py:Nearest",
+            f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest,a.py:Nearest",
             "another tracker is named Nearest, too; rename one of them",
         ),
     ],
 )
 def test_a_bad_own_tracker_is_one_line_before_anything_runs(spec, message, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    shutil.copy(EXAMPLES / "nearest.py", "a.py")
+    shutil.copy(EXAMPLES / "ci" / "my_tracker.py", "a.py")
     assert main(["league", "t-junction", "--seeds", "1", "--trackers", spec]) == 2
     error = capsys.readouterr().err
     assert message in error

@@ -48,7 +48,7 @@ def folder(tmp_path_factory):
     """All pages, in one folder."""
     folder = tmp_path_factory.mktemp("pages")
     scenario = str(short_run.write(folder, short_run.TEXT + EXPECT, "short"))
-    near = f"{EXAMPLES / 'nearest.py'}:Nearest"
+    near = f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest"
     assert main(["run", scenario, "--out", str(folder / "runs" / "shipped"), "--quiet"]) == 1
     nearest = ["--tracker", near, "--no-recording", "--quiet"]
     assert main(["run", scenario, "--out", str(folder / "runs" / "nearest"), *nearest]) == 1

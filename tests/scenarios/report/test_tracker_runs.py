@@ -16,7 +16,7 @@ from luxloop.scenarios.report.html.trackers_page import read_trackers, trackers_
 from luxloop.scenarios.rerun_log.recorded_points import read_points
 from luxloop.scenarios.run import run_folder
 
-NEAREST = f"{EXAMPLES / 'nearest.py'}:Nearest"
+NEAREST = f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest"
 
 
 def run(folder, name, *options, text=short_run.TEXT, file="short"):

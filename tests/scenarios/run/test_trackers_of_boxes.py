@@ -12,7 +12,7 @@ from luxloop.scenarios.files.expect import Check, Limit, check, verdict
 from luxloop.scenarios.result import NOT_REPORTED, Metric
 from luxloop.tracker.records import Tracks
 
-NEAREST = EXAMPLES / "nearest.py"
+NEAREST = EXAMPLES / "ci" / "my_tracker.py"
 EXPECT = """
 [expect]
 "track.hota" = { min = 0.01 }
