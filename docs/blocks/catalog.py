@@ -1,6 +1,5 @@
 """The blocks of all pages: what makes each, by which command a reader repeats it, and which runs date it."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 
@@ -9,8 +8,6 @@ from blocks.reference import definitions
 from blocks.stamps import CATALOG
 
 FAMILIES = ("highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary")
-CROSSING = ("sumo-crossing",)
-REAL = "LUXLOOP_REAL_DATA=DIR python docs/figures.py"
 
 
 @dataclass(frozen=True)
@@ -35,71 +32,70 @@ class Block:
         return made
 
 
-def of_code() -> Iterator[tuple[str, Block]]:
-    """Yield the blocks of code and committed files, which a check makes again, in less than a minute together."""
-    for name in definitions():
-        yield f"keys of {name}", Block("reference:keys", cheap=True)
-    for name in FAMILIES:
-        yield f"scenarios of {name}", Block("reference:scenarios", cheap=True)
-    yield "known failures", Block("reference:known_failures", cheap=True)
-    yield "nearest", Block("reference:nearest", cheap=True)
-    yield "tuned", Block("reference:tuned", "python docs/tune_league.py FOLDER", cheap=True)
-    yield "first run", Block("reference:printed", "python docs/examples/first_run.py", cheap=True)
-    for name in ("seeds", "differences"):
-        yield name, Block("coverage:table", f"python docs/figures.py {name}", cheap=True)
-    yield "output", Block("reference:printed", "python docs/examples/track_csv.py docs/examples/points.csv", cheap=True)
+def _code(maker: str, command: str = "") -> Block:
+    """Return a block of code and committed files; a check makes all of them again, in less than a minute together."""
+    return Block(maker, command, cheap=True)
 
 
-def of_catalog_runs() -> Iterator[tuple[str, Block]]:
-    """Yield the blocks that show runs of the catalog with their own seeds."""
-    for name in ("report", "figures"):
-        yield name, Block(f"screens:{name}", "luxloop run sumo-crossing", CROSSING, checked=True)
-    yield "blame", Block("oracles:blame", "luxloop blame sumo-crossing", CROSSING, checked=True)
-    for name in ("verdict", *(f"table {number}" for number in range(1, 5))):
-        yield name, Block(f"paper:{name.split()[0]}", "luxloop paper", ("paper-campus",), checked=True)
-    yield "vehicles", Block("coverage:table", "python docs/figures.py vehicles", (CATALOG,), checked=True)
-    yield "crossing", Block("crossing:draw", "luxloop run sumo-crossing", CROSSING, checked=True)
-    yield (
-        "report picture",
-        Block("screenshots:report", "luxloop report runs/sumo-crossing-seed1", CROSSING, checked=True),
-    )
-    yield "recording", Block("screenshots:recording", "luxloop view runs/sumo-crossing-seed1", CROSSING, checked=True)
-    yield "scan", Block("scan:draw", "luxloop run ring", ("ring",), checked=True)
+def _run(maker: str, command: str, scenario: str = "sumo-crossing") -> Block:
+    """Return a block that shows a run of the catalog with its own seed."""
+    return Block(maker, command, (scenario,), checked=True)
 
 
-def of_other_runs() -> Iterator[tuple[str, Block]]:
-    """Yield the blocks of studies, other seeds, benchmarks and real data: old when the catalog's runs change."""
-    whole = (CATALOG,)
-    for name in studies.FIGURES:
-        yield name, Block("studies:picture", studies.command(name), whole)
-    yield "survival", Block("studies:survival", studies.sweep("occlusion"), whole)
-    yield "emergence", Block("studies:emergence", ", ".join(map(studies.sweep, studies.EMERGENCE)), whole)
-    yield "sensor_beams", Block("beams:draw", "python docs/figures.py sensor_beams", whole)
-    yield "bodies", Block("bodies:draw", "python docs/figures.py bodies", whole)
-    yield "ceiling", Block("oracles:ceiling", "luxloop ceiling sumo-crossing --seeds 11-13", whole)
-    yield "trackers", Block("screens:trackers", "luxloop run docs/examples/my-first.toml", whole)
-    yield "league", Block("league:tables", "luxloop league", whole)
-    yield "league picture", Block("league:picture", "luxloop league", whole)
-    yield "alone", Block("ablation:table", "python docs/figures.py alone", whole)
-    for name in ("stages", "scaling"):
-        yield name, Block(f"performance:{name}", "make bench", whole)
-    yield "performance", Block("performance:picture", "make bench", whole)
-    yield from of_real_data(whole)
+def _other(maker: str, command: str) -> Block:
+    """Return a block of studies, other seeds, benchmarks or pictures: old when the catalog's runs change."""
+    return Block(maker, command, (CATALOG,))
 
 
-def of_real_data(whole: tuple[str, ...]) -> Iterator[tuple[str, Block]]:
-    """Yield the blocks that need recordings of real vehicles."""
-    makers = {
-        "gap": "paper_gap:table",
-        "real cars": "real_cars:table", "realism_real_cars": "real_cars:picture",
-        "twin counts": "real_cars:counts", "twin headings": "real_cars:headings",
-        "street": "realism:block",
-        **{f"realism_{name}": "realism:picture" for name in ("distributions", "vehicles")},
-    }  # fmt: skip
-    for name, maker in makers.items():
-        yield name, Block(maker, f"{REAL} '{name}'", whole)
-    yield "labelled fits", Block("fitting:table", "luxloop fits street crossing campus", whole)
+def _drawn(name: str, maker: str) -> Block:
+    """Return such a block that only this repository makes."""
+    return _other(maker, f"python docs/figures.py {name}")
 
 
-BLOCKS: dict[str, Block] = dict([*of_code(), *of_catalog_runs(), *of_other_runs()])
+def _real(name: str, maker: str) -> Block:
+    """Return such a block that needs recordings of real vehicles."""
+    return _other(maker, f"LUXLOOP_REAL_DATA=DIR python docs/figures.py '{name}'")
+
+
+BLOCKS: dict[str, Block] = {
+    **{f"keys of {name}": _code("reference:keys") for name in definitions()},
+    **{f"scenarios of {name}": _code("reference:scenarios") for name in FAMILIES},
+    "known failures": _code("reference:known_failures"),
+    "nearest": _code("reference:nearest"),
+    "tuned": _code("reference:tuned", "python docs/tune_league.py FOLDER"),
+    "first run": _code("reference:printed", "python docs/examples/first_run.py"),
+    "output": _code("reference:printed", "python docs/examples/track_csv.py docs/examples/points.csv"),
+    **{name: _code("coverage:table", f"python docs/figures.py {name}") for name in ("seeds", "differences")},
+    **{name: _run(f"screens:{name}", "luxloop run sumo-crossing") for name in ("report", "figures")},
+    "blame": _run("oracles:blame", "luxloop blame sumo-crossing"),
+    "crossing": _run("crossing:draw", "luxloop run sumo-crossing"),
+    "report picture": _run("screenshots:report", "luxloop report runs/sumo-crossing-seed1"),
+    "recording": _run("screenshots:recording", "luxloop view runs/sumo-crossing-seed1"),
+    "scan": _run("scan:draw", "luxloop run ring", "ring"),
+    "verdict": _run("paper:verdict", "luxloop paper", "paper-campus"),
+    **{f"table {n}": _run("paper:table", "luxloop paper", "paper-campus") for n in range(1, 5)},
+    "vehicles": _run("coverage:table", "python docs/figures.py vehicles", CATALOG),
+    **{name: _other("studies:picture", studies.command(name)) for name in studies.FIGURES},
+    "survival": _other("studies:survival", studies.sweep("occlusion")),
+    "emergence": _other("studies:emergence", ", ".join(map(studies.sweep, studies.EMERGENCE))),
+    "sensor_beams": _drawn("sensor_beams", "beams:draw"),
+    "bodies": _drawn("bodies", "bodies:draw"),
+    "alone": _drawn("alone", "ablation:table"),
+    "ceiling": _other("oracles:ceiling", "luxloop ceiling sumo-crossing --seeds 11-13"),
+    "trackers": _other("screens:trackers", "luxloop run docs/examples/my-first.toml"),
+    "league": _other("league:tables", "luxloop league"),
+    "league picture": _other("league:picture", "luxloop league"),
+    "stages": _other("performance:stages", "make bench"),
+    "scaling": _other("performance:scaling", "make bench"),
+    "performance": _other("performance:picture", "make bench"),
+    "gap": _real("gap", "paper_gap:table"),
+    "real cars": _real("real cars", "real_cars:table"),
+    "realism_real_cars": _real("realism_real_cars", "real_cars:picture"),
+    "twin counts": _real("twin counts", "real_cars:counts"),
+    "twin headings": _real("twin headings", "real_cars:headings"),
+    "street": _real("street", "realism:block"),
+    "realism_distributions": _real("realism_distributions", "realism:picture"),
+    "realism_vehicles": _real("realism_vehicles", "realism:picture"),
+    "labelled fits": _other("fitting:table", "luxloop fits street crossing campus"),
+}
 """All blocks by their names on the pages."""
