@@ -1,10 +1,8 @@
 """Heading errors of the fits in the scenario `ring` with each kind of noise alone, and with several together."""
 
-from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.files.shipped import find
+import luxloop
 from luxloop.scenarios.metrics.definition import filtered
 from luxloop.scenarios.report.paper_comparison import HEADING_ABS_DEG
-from luxloop.scenarios.run import device, loop
 from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
 
 CRITERIA = {"area": "area", "closeness": "closeness", "variance": "variance", "tlinkage": "T-linkage", "best": "best"}
@@ -29,8 +27,7 @@ def table(_name: str) -> str:
 
 def errors(kinds: tuple[str, ...]) -> list[str]:
     """Return the errors by criterion with these kinds of noise at their default strengths."""
-    noise: dict[str, dict[str, object]] = {kind: {"enabled": kind in kinds} for kind in KINDS}
-    noise["attitude"]["full_from_mps"] = 0.0  # the ego stands; it sways as when it drives
-    scenario = Scenario.load(find("ring"), {"noise": noise})
-    metrics = loop.run(scenario, device.load(device.SHIPPED)).metrics
+    settings: dict[str, object] = {f"noise.{kind}.enabled": kind in kinds for kind in KINDS}
+    settings["noise.attitude.full_from_mps"] = 0.0  # the ego stands; it sways as when it drives
+    metrics = luxloop.run("ring", settings=settings).metrics
     return [f"{metrics[filtered('fit.heading_abs_mean_deg', method=name)].value:.3f}" for name in CRITERIA]

@@ -5,7 +5,7 @@ from pathlib import Path
 from blocks import commands
 from blocks.markdown import markdown
 
-from luxloop.scenarios.interface import load_result
+import luxloop
 from luxloop.scenarios.report import first_screen
 from luxloop.scenarios.report.html.reported_run import ReportedRun
 from luxloop.scenarios.run import run_folder
@@ -14,7 +14,8 @@ REPORTED = "sumo-crossing"
 COLUMNS = 80
 """Width of the screen."""
 FIGURES = "Main figures"
-SHORT = "docs/examples/my-first.toml"
+EXAMPLES = Path(__file__).parents[1] / "examples"
+PATCHES = f"{EXAMPLES / 'my_tracker.py'}:PatchTracker"
 COMPARED = ("hota", "mota", "idf1", "id_switches", "missed", "false", "heading_abs_mean_deg")
 
 
@@ -42,11 +43,7 @@ def screen(run: ReportedRun) -> list[str]:
 
 def trackers(_name: str) -> str:
     """Return figures of the shipped tracker and of docs/examples/my_tracker.py on the same scenario."""
-    found = []
-    for name, option in (("shipped", ""), ("patch", "--tracker docs/examples/my_tracker.py:PatchTracker")):
-        out = commands.RUNS / f"my-first-{name}"
-        commands.output(f"luxloop run {SHORT} --no-recording --out {out} {option}".strip())
-        found.append(load_result(out).metrics)
+    found = [luxloop.run(EXAMPLES / "my-first.toml", tracker=tracker).metrics for tracker in (None, PATCHES)]
     rows = [(f"`track.{name}`", *(shown(one[f"track.{name}"].value) for one in found)) for name in COMPARED]
     return markdown(("metric", "shipped", "nearest patch"), rows)
 

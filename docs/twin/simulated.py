@@ -1,6 +1,7 @@
 """Simulated twins: labelled cars as bodies of the ray caster, seen by the recorded sensor."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from twin.labels import Car, View
@@ -11,15 +12,16 @@ from luxloop.arrays import Floats, Ints
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.noise.noise_config import KINDS, NoiseConfig
 from luxloop.sensor_model.sensor_config import SensorConfig
-from luxloop.sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
+from luxloop.sim.scripted.script import KindName, ScriptedActor
+from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 
-KIND_OF = {
-    "small car": Kind.CAR,
-    "sedan": Kind.CAR,
-    "SUV": Kind.SUV,
-    "van": Kind.VAN,
-    "truck": Kind.TRUCK,
-    "pickup": Kind.SUV,
+KINDS_OF: dict[str, KindName] = {
+    "small car": "car",
+    "sedan": "car",
+    "SUV": "suv",
+    "van": "van",
+    "truck": "truck",
+    "pickup": "suv",
 }
 """A sport utility vehicle of a pickup's length has the body of one."""
 PAINT = 0.07
@@ -44,32 +46,23 @@ def twin_scan(frame: RecordedFrame, view: View, car: Car, cars: list[Car], seed:
     noise = NoiseConfig()
     noise = replace(noise, **{kind: replace(getattr(noise, kind), enabled=kind in NOISE) for kind in KINDS})
     noise = replace(noise, dropout=replace(noise.dropout, softness_db=PANEL_SPREAD_DB))
-    lidar = Lidar(rig_of(frame, view, car), noise, SENSOR, seed, Obstacles.from_polygons([], []))
-    scan, _ = lidar.scan(_world(cars))
+    source = _source(cars)
+    lidar = Lidar(rig_of(frame, view, car), noise, SENSOR, seed, source.reset(seed))
+    scan, _ = lidar.scan(source.step())
     return scan.points_ego.astype(np.float64) + np.array([0.0, 0.0, car.z_ground_m]), scan.layer.astype(np.int64)
 
 
-def _world(cars: list[Car]) -> WorldFrame:
-    count = len(cars)
-    still = np.zeros((count, 2))
-    actors = Actors(
-        id=np.arange(count, dtype=np.int64),
-        name=np.array([car.id for car in cars], dtype=np.str_),
-        kind=np.array([KIND_OF[car.category] for car in cars], dtype=np.uint8),
-        pose_world=np.array([car.box[:3] for car in cars]),
-        velocity_world=still,
-        acceleration_world=still,
-        yaw_rate=np.zeros(count),
-        articulation=np.zeros(count),
-        mode=np.zeros(count, np.uint8),
-        changes_lane=np.zeros(count, np.bool_),
-        deviation=still,
-        ground_z=np.zeros(count),
-        attitude=still,
-        size=np.array([(car.length_m, car.width_m, car.height_m) for car in cars]),
-        reflectivity=np.array([PAINT if np.isnan(car.reflectivity) else car.reflectivity for car in cars]),
-    )
-    ego = Ego(
-        np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.8, 1.9, 1.7]), False, np.zeros(2), 0.0, np.zeros(2)
-    )
-    return WorldFrame(0, 0.0, ego, actors)
+def _source(cars: list[Car]) -> ScriptedSource:
+    actors = [
+        ScriptedActor(
+            x_m=car.x_m,
+            y_m=car.y_m,
+            yaw_deg=car.heading_deg,
+            kind=KINDS_OF[car.category],
+            size_m=(car.length_m, car.width_m, car.height_m),
+            reflectivity=PAINT if np.isnan(car.reflectivity) else car.reflectivity,
+            name=car.id,
+        )
+        for car in cars
+    ]
+    return ScriptedSource(ScriptedTraffic(actor=actors, jitter_m=0.0, jitter_deg=0.0), Path(), range_m=200.0)
