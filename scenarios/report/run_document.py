@@ -144,12 +144,13 @@ NO_FIGURES = RunFigures()
 
 
 def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document:
-    """Return a run as a document."""
+    """Return a run as a document. Without figures it is a text, for which sections of pages are not computed."""
     result = run.result
     if "files" in result.config:
         return file_document(result, figures.tracks)
     first = [*figures.pictures, *figures.tracks][:1]
     more = [figure for figure in figures.pictures if figure not in first]
+    bands, again = (run_tables.tracks_by_band(result), _again(run)) if figures is not NO_FIGURES else ([], [])
     sections = [
         Section("expectations", "Expectations", [expectations(run.ranked, run.worst, figures.anchors)]),
         Section("worst", "Worst frames", [PICTURE_LEGEND, *more] if figures.pictures else [], page_only=True),
@@ -164,10 +165,10 @@ def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document
                 *vulnerable(result),
             ],
         ),
-        Section("bands", "Tracks by range, class and view", run_tables.tracks_by_band(result), page_only=True),
+        Section("bands", "Tracks by range, class and view", bands, page_only=True),
         Section("models", "Motion models", [*figures.models, *_models(result)]),
         Section("stages", "All stages", _stages(result)),
-        Section("again", "Reproduce", _again(run) if figures is not NO_FIGURES else [], page_only=True),
+        Section("again", "Reproduce", again, page_only=True),
     ]
     return Document(
         title=result.scenario,
