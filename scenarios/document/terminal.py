@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import NamedTuple, Self
 
-from luxloop.printable import printable
+from luxloop.printable import is_terminal, printable
 from luxloop.scenarios.document.document import (
     Answer,
     Block,
@@ -89,16 +89,13 @@ class Line:
 
 def print_lines(printed: Iterable[Line]) -> None:
     """Print lines on standard output, on a terminal in colour; it may have no sign for some letters."""
-    in_colour = is_terminal() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") not in ("dumb", "unknown")
+    in_colour = (
+        is_terminal(sys.stdout) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") not in ("dumb", "unknown")
+    )
     encoding = sys.stdout.encoding or "utf-8"
     for line in printed:
         letters = line.coloured if in_colour else line.plain
         sys.stdout.write(letters.encode(encoding, "replace").decode(encoding) + "\n")
-
-
-def is_terminal() -> bool:
-    """Return True if standard output is a terminal, or shall be treated as one."""
-    return bool(os.environ.get("FORCE_COLOR")) or sys.stdout.isatty()
 
 
 def lines(shown: Document | Table, width: int) -> list[Line]:

@@ -1,9 +1,11 @@
 """Documents and other reports on standard output, in files, logs and notebooks."""
 
 import shutil
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from luxloop.printable import is_terminal
 from luxloop.scenarios.document import terminal
 from luxloop.scenarios.document.document import Document, Section, Table
 from luxloop.scenarios.files.expect import ranked
@@ -30,7 +32,7 @@ def report(result: Result, checks: "Sequence[Check]") -> "Document":
 
 def show(shown: Document | Table) -> None:
     """Print on standard output: in colour and as wide as the terminal, else as `as_text`."""
-    width = shutil.get_terminal_size().columns if terminal.is_terminal() else _width(shown)
+    width = shutil.get_terminal_size().columns if is_terminal(sys.stdout) else _width(shown)
     terminal.print_lines(terminal.lines(shown, width))
 
 
