@@ -12,7 +12,7 @@ from pathlib import Path
 from luxloop.scenarios.document.document import Answer
 from luxloop.scenarios.document.terminal import BOLD, CODES, CYAN, DIM, Line, Piece, print_lines
 from luxloop.scenarios.files import expect
-from luxloop.scenarios.files.expect import Check, unmet
+from luxloop.scenarios.files.expect import SHIPPED, Check, unmet
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.metrics.main_figures import ON_FIRST_SCREEN
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
@@ -20,7 +20,6 @@ from luxloop.scenarios.report.html.reported_run import answer
 from luxloop.scenarios.rerun_log.viewer import frame_to_show
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import run_folder
-from luxloop.scenarios.run.device import SHIPPED
 
 LINES = 20
 """Most lines of the screen: it fits into any terminal."""

@@ -23,7 +23,7 @@ from luxloop.scenarios.document.document import (
     code,
 )
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.files.expect import Check
+from luxloop.scenarios.files.expect import SHIPPED, Check
 from luxloop.scenarios.grading.truth_events.truth_event import COUNTS, EventKind
 from luxloop.scenarios.metrics.definitions import find_metric, is_metric
 from luxloop.scenarios.report import paper_comparison, run_tables
@@ -32,7 +32,6 @@ from luxloop.scenarios.report.file_document import file_document
 from luxloop.scenarios.report.html.reported_run import ReportedRun, answer, badge
 from luxloop.scenarios.report.run_tables import vulnerable
 from luxloop.scenarios.result import Result
-from luxloop.scenarios.run.device import SHIPPED
 from luxloop.sim.highway.highway_config import MOTORIST
 
 WORDS = {
