@@ -1,5 +1,6 @@
 """Text for a terminal: names in files of strangers may hold escape sequences, which a terminal would obey."""
 
+import os
 import sys
 from typing import TextIO
 
@@ -18,3 +19,8 @@ def _escaped(letter: str) -> str:
 def print_text(text: str, file: TextIO | None = None, *, end: str = "\n", flush: bool = False) -> None:
     """Print printable text on standard output, or on another stream."""
     print(printable(text), file=file or sys.stdout, end=end, flush=flush)
+
+
+def is_terminal(stream: TextIO) -> bool:
+    """Return True if a stream is a terminal, or shall be treated as one."""
+    return bool(os.environ.get("FORCE_COLOR")) or stream.isatty()

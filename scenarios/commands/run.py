@@ -143,7 +143,7 @@ def _show(result: "Result", kept: Kept, printed: Printed) -> int:
     elif not printed.quiet:
         assert result.out is not None
         if printed.full:
-            text.show(text.report(result, result.checks), (result.out / run_folder.REPORT).read_text(encoding="utf-8"))
+            text.show(text.report(result, result.checks))
             print_text(f"Results are in {result.out}")
         else:
             first_screen.show_folder(result, result.checks, result.out, recorded=not kept.no_recording)

@@ -8,15 +8,11 @@ import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from markupsafe import Markup
 
 from luxloop.scenarios.document.figure import Figure
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
-
 
 Style = Literal["", "bold", "dim", "good", "warn", "bad", "info", "code"]
 """`good`, `warn`, `bad` and `info` are colours of outcomes, `code` is for names that users type."""
@@ -113,12 +109,6 @@ class Table:
         if missing < 0:
             raise ValueError(f"{self.title}: {len(cells)} cells for {len(self.columns)} columns")
         self.rows.append(Row((*map(spans, cells), *[()] * missing), style, end_section))
-
-    def __rich__(self) -> "RenderableType":
-        """Return the table for a terminal."""
-        from luxloop.scenarios.document.terminal import table
-
-        return table(self)
 
 
 LISTED = 8
@@ -264,12 +254,6 @@ class Document:
     def player(self) -> Player | None:
         """The player of frames, if there is one."""
         return next((block for block in self.blocks() if isinstance(block, Player)), None)
-
-    def __rich__(self) -> "RenderableType":
-        """Return the document for a terminal."""
-        from luxloop.scenarios.document.terminal import document
-
-        return document(self)
 
 
 def _unfolded(blocks: Sequence[Block]) -> Iterator[Block]:

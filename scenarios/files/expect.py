@@ -70,7 +70,7 @@ def worst_values(figure: float | None, smallest: float | None, largest: float | 
 RunVerdict = Literal["passed", "failed", "incomplete", "no limits"]
 
 SHIPPED = "luxloop.tracker.tracker:Tracker"
-"""Name of the shipped tracker, as in `luxloop.scenarios.run.device`."""
+"""Name of the shipped tracker."""
 
 ExpectationOutcome = Literal["passed", "failed", "known failure", "unexpected pass", "not applicable"]
 

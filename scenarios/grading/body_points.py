@@ -13,8 +13,8 @@ from luxloop.sensor_model.truth import Cause
 
 Complexes = npt.NDArray[np.complex128]
 
-ON_BODY = (Cause.CLEAN, Cause.LAYER_OVERLAP, Cause.DOUBLED)
-"""Causes of points on the body: on its outline, deeper than that, or displaced by errors of calibration."""
+IS_ON_BODY = np.isin(np.arange(len(Cause)), (Cause.CLEAN, Cause.LAYER_OVERLAP, Cause.DOUBLED))
+"""True for causes of points on the body, by `Cause`: on its outline, deeper, or displaced by errors of calibration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +66,7 @@ def of_observations(frame_truth: FrameTruth, ranging: Ranging, label: Ints, owne
     observation[owner] = np.arange(len(owner))
     of_point = observation[frame_truth.point_row]
     own = (of_point >= 0) & (label == np.append(segment, -1)[of_point])
-    point = np.flatnonzero(own & np.isin(frame_truth.truth.cause, ON_BODY))
+    point = np.flatnonzero(own & IS_ON_BODY[frame_truth.truth.cause])
     position, beam = _in_body(frame_truth, ranging, point)
     return BodyPoints(point, of_point[point], frame_truth.point_row[point], position, beam)
 

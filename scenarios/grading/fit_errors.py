@@ -91,7 +91,8 @@ def observed(frame_truth: FrameTruth, ranging: Ranging, points: BodyPoints, owne
         points.position, points.beam, actors.size[points.row], CORNER_RADIUS_M[actors.kind[points.row]], deep
     )
     sigma = ranging.sigma[scan.unit[points.point]] * np.asarray(-(points.beam * NORMALS[face].conj()).real)
-    kept = (sigma > 0.0) & ~actors.joint_angles[points.row].any(axis=1)  # a beam meets no face from behind
+    bent = np.asarray(actors.joint_angles.any(axis=1))
+    kept = (sigma > 0.0) & ~bent[points.row]  # a beam meets no face from behind
     place = along / (0.5 * BOW_SHARE[face] * actors.size[points.row, 1 - face % 2])
     return bound(points.observation[kept], face[kept], along[kept], place[kept], sigma[kept], len(owner))
 

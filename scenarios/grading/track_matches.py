@@ -16,6 +16,8 @@ from luxloop.tracker.records import MODEL_NAMES, MODELS, Status, Tracks
 
 VELOCITY, ACCELERATION, HEADING = 2, 4, 6
 """First columns of velocity and acceleration, and column of the heading, in `Tracks.mean`."""
+MODEL_COLUMNS = frame_tables.model_columns(MODELS).keys()
+"""Columns that every table of tracks has."""
 
 
 def track_boxes(tracks: Tracks, ego_pose_odom: Floats) -> Floats:
@@ -120,7 +122,7 @@ class TrackMatches:
             **mma_metrics.corner_errors(tracks, row, self.boxes_ego[row], true_boxes, ego_pose_odom),
             **mma_metrics.predicted(tracks, row, ego_pose_odom, frame_truth.frame.ego.pose_world),
         }
-        unused = frame_tables.model_columns(MODELS).keys() - columns.keys()
+        unused = MODEL_COLUMNS - columns.keys()
         return columns | dict.fromkeys(unused, np.full(len(tracks), np.nan))
 
     def overlap_rows(self, frame_truth: FrameTruth, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:

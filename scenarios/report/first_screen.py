@@ -4,17 +4,15 @@ It has at most `LINES` lines. Everything else is in the full report (`luxloop.sc
 """
 
 import shlex
+import shutil
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from rich.text import Text
-
-from luxloop.console import PrintableConsole
 from luxloop.scenarios.document.document import Answer
-from luxloop.scenarios.document.terminal import COLORS
+from luxloop.scenarios.document.terminal import BOLD, CODES, CYAN, DIM, Line, Piece, print_lines
 from luxloop.scenarios.files import expect
-from luxloop.scenarios.files.expect import Check, unmet
+from luxloop.scenarios.files.expect import SHIPPED, Check, unmet
 from luxloop.scenarios.grading.worst_frames import worst_frames
 from luxloop.scenarios.metrics.main_figures import ON_FIRST_SCREEN
 from luxloop.scenarios.report.cells import NONE, counted, exceeded, interval_of, unit_of, value_of
@@ -22,7 +20,6 @@ from luxloop.scenarios.report.html.reported_run import answer
 from luxloop.scenarios.rerun_log.viewer import frame_to_show
 from luxloop.scenarios.result import Metric, Result
 from luxloop.scenarios.run import run_folder
-from luxloop.scenarios.run.device import SHIPPED
 
 LINES = 20
 """Most lines of the screen: it fits into any terminal."""
@@ -39,7 +36,7 @@ MOST_FIGURES = 6
 PERCENT = ("track.missed_share", "track.false_share")
 """Main figures in percent."""
 
-Screen = list[Text]
+Screen = list[Line]
 
 
 def commands_of(out: Path, *, recorded: bool, page: Path | None = None) -> dict[str, str]:
@@ -71,14 +68,7 @@ def show(
     facts
         Facts that no metric has, for a line below the verdict.
     """
-    console = PrintableConsole(markup=False, emoji=False, highlight=False)
-    print_lines(screen(result, checks, commands, rest, console.width, facts), console)
-
-
-def print_lines(lines: Screen, console: PrintableConsole) -> None:
-    """Print lines that are wrapped already; a terminal wraps longer ones, so that commands can be copied."""
-    for line in lines:
-        console.print(line, soft_wrap=True)
+    print_lines(screen(result, checks, commands, rest, shutil.get_terminal_size().columns, facts))
 
 
 def screen(
@@ -109,16 +99,14 @@ def spaced(sections: list[Screen]) -> Screen:
     blank = LINES - sum(map(len, sections))
     lines: Screen = []
     for number, section in enumerate(sections):
-        lines += [Text()] if 0 < number >= len(sections) - blank else []
+        lines += [Line()] if 0 < number >= len(sections) - blank else []
         lines += section
     return lines
 
 
-def headline(name: str, said: Answer) -> Text:
+def headline(name: str, said: Answer) -> Line:
     """Return the first line: verdict, what was run, and the sentence about it."""
-    return Text.assemble(
-        (said.verdict.upper(), f"bold {COLORS[said.style]}"), "  ", (name, "bold"), f": {said.sentence}"
-    )
+    return Line.of((said.verdict.upper(), f"{BOLD};{CODES[said.style]}"), "  ", (name, BOLD), f": {said.sentence}")
 
 
 def figures(metrics: Mapping[str, Metric], columns: int) -> Screen:
@@ -129,9 +117,12 @@ def figures(metrics: Mapping[str, Metric], columns: int) -> Screen:
     rows = [(ON_FIRST_SCREEN[name], *figure_cells(name, metrics[name])) for name in shown]
     lines = table(("Main figures", "value", "95 % interval"), rows)
     if columns >= NAMED_FROM:
-        width = max(map(len, lines))
-        for line, name in zip(lines[1:], shown, strict=True):
-            line.append(f"{'':<{width - len(line) + 3}}{name}", "dim")
+        width = max(len(line.plain) for line in lines)
+        names = [
+            Piece(f"{'':<{width - len(line.plain) + 3}}{name}", DIM)
+            for line, name in zip(lines[1:], shown, strict=True)
+        ]
+        return [lines[0], *(Line((*line.pieces, name)) for line, name in zip(lines[1:], names, strict=True))]
     return lines
 
 
@@ -156,9 +147,9 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Screen:
     """Return a heading and rows: the first column to the left, the others to the right, numbers below each other."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
 
-    def line(cells: Sequence[str]) -> Text:
+    def line(cells: Sequence[str]) -> Line:
         others = (f"   {cell:>{width}}" for cell, width in zip(cells[1:], widths[1:], strict=True))
-        return Text((f"  {cells[0]:<{widths[0]}}" + "".join(others)).rstrip())
+        return Line.of((f"  {cells[0]:<{widths[0]}}" + "".join(others)).rstrip())
 
     title = line((f"{head[0]:<{widths[0] + 2}}", *head[1:])).plain.strip()
     return [_heading(title), *(line(row) for row in rows)]
@@ -169,8 +160,8 @@ def next_commands(commands: Mapping[str, str], columns: int) -> Screen:
     width = max(map(len, commands), default=0)
     lines = []
     for command, meaning in commands.items():
-        line = Text(f"{command:<{width}}", "bold cyan")
-        lines.append(line.append(f"   {meaning}", "not bold default") if width + 3 + len(meaning) <= columns else line)
+        said = [f"   {meaning}"] if width + 3 + len(meaning) <= columns else []
+        lines.append(Line.of((f"{command:<{width}}", f"{BOLD};{CYAN}"), *said))
     return lines
 
 
@@ -183,7 +174,7 @@ def _head(result: Result, checks: Sequence[Check], facts: Sequence[str]) -> Scre
     said += [] if time.value is None else [f"tracker {value_of(time, 0)} ms a frame"]
     said += [] if result.config["device"] == SHIPPED else [f"device {result.config['device']}"]
     lines = [", ".join(line) for line in (said, facts) if line]
-    return [headline(name, answer(result, checks)), *(Text(line, "dim") for line in lines)]
+    return [headline(name, answer(result, checks)), *(Line.of((line, DIM)) for line in lines)]
 
 
 def _warning(result: Result, columns: int) -> Screen:
@@ -193,7 +184,7 @@ def _warning(result: Result, columns: int) -> Screen:
     if not found:
         return []
     line = textwrap.shorten(f"Warning: {found[0]}", max(columns - len(more), 10), placeholder=" ...")
-    return [Text(line + more, "yellow")]
+    return [Line.of((line + more, CODES["warn"]))]
 
 
 def _failing(result: Result, checks: Sequence[Check], rest: str, columns: int, room: int) -> Screen:
@@ -202,7 +193,7 @@ def _failing(result: Result, checks: Sequence[Check], rest: str, columns: int, r
     if not found:
         return []
     fitting = found if len(found) <= room - 1 else found[: room - 2]
-    more = [Text(f"  and {len(found) - len(fitting)} more: {rest}", "dim")] if len(fitting) < len(found) else []
+    more = [Line.of((f"  and {len(found) - len(fitting)} more: {rest}", DIM))] if len(fitting) < len(found) else []
     for most in range(CAUSE_LINES, 0, -1):
         rows = _limit_rows(result, fitting, columns, most)
         if len(rows) + len(more) + 1 <= room or most == 1:
@@ -210,7 +201,7 @@ def _failing(result: Result, checks: Sequence[Check], rest: str, columns: int, r
     return [_failing_heading(found), *rows, *more]
 
 
-def _failing_heading(found: Sequence[Check]) -> Text:
+def _failing_heading(found: Sequence[Check]) -> Line:
     """Return how many limits do not hold, and how many of them are known failures."""
     known = sum(check.outcome == "known failure" for check in found)
     of_them = "" if not known else ", a known failure" if known == len(found) == 1 else ", all known failures"
@@ -226,12 +217,13 @@ def _limit_rows(result: Result, checks: Sequence[Check], columns: int, most: int
     lines = []
     for check, comparison in zip(checks, compared, strict=True):
         cause = textwrap.wrap(_cause(result, check), max(columns - indent, 10), max_lines=most, placeholder=" ...")
-        style = "red" if check.outcome == "failed" else "yellow"
-        first = Text(f"  {check.name:<{name_width}}  ").append(f"{comparison:<{width}}  ", style)
-        lines += [
-            first.append(cause[0] if cause else "", "dim"),
-            *(Text(" " * indent + more, "dim") for more in cause[1:]),
-        ]
+        style = CODES["bad" if check.outcome == "failed" else "warn"]
+        named = (
+            f"  {check.name:<{name_width}}  ",
+            (f"{comparison:<{width}}  ", style),
+            (cause[0] if cause else "", DIM),
+        )
+        lines += [Line.of(*named), *(Line.of((" " * indent + more, DIM)) for more in cause[1:])]
     return lines
 
 
@@ -252,8 +244,8 @@ def _worst_frame(result: Result, checks: Sequence[Check], columns: int) -> Scree
     """Return the frame that `luxloop view` opens at, and what is wrong in it."""
     found = frame_to_show(result, [check.name for check in unmet(checks)])
     lines = textwrap.wrap(f"Worst {found}", columns, max_lines=WORST_LINES, placeholder=" ...") if found else []
-    return [Text.assemble((line[:5], "bold"), line[5:]) if n == 0 else Text(line) for n, line in enumerate(lines)]
+    return [Line.of((line[:5], BOLD), line[5:]) if n == 0 else Line.of(line) for n, line in enumerate(lines)]
 
 
-def _heading(words: str) -> Text:
-    return Text(words, "bold")
+def _heading(words: str) -> Line:
+    return Line.of((words, BOLD))

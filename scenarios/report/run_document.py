@@ -23,7 +23,7 @@ from luxloop.scenarios.document.document import (
     code,
 )
 from luxloop.scenarios.document.figure import Figure
-from luxloop.scenarios.files.expect import Check
+from luxloop.scenarios.files.expect import SHIPPED, Check
 from luxloop.scenarios.grading.truth_events.truth_event import COUNTS, EventKind
 from luxloop.scenarios.metrics.definitions import find_metric, is_metric
 from luxloop.scenarios.report import paper_comparison, run_tables
@@ -32,7 +32,6 @@ from luxloop.scenarios.report.file_document import file_document
 from luxloop.scenarios.report.html.reported_run import ReportedRun, answer, badge
 from luxloop.scenarios.report.run_tables import vulnerable
 from luxloop.scenarios.result import Result
-from luxloop.scenarios.run.device import SHIPPED
 from luxloop.sim.highway.highway_config import MOTORIST
 
 WORDS = {
@@ -144,12 +143,13 @@ NO_FIGURES = RunFigures()
 
 
 def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document:
-    """Return a run as a document."""
+    """Return a run as a document. Without figures it is a text, for which sections of pages are not computed."""
     result = run.result
     if "files" in result.config:
         return file_document(result, figures.tracks)
     first = [*figures.pictures, *figures.tracks][:1]
     more = [figure for figure in figures.pictures if figure not in first]
+    bands, again = (run_tables.tracks_by_band(result), _again(run)) if figures is not NO_FIGURES else ([], [])
     sections = [
         Section("expectations", "Expectations", [expectations(run.ranked, run.worst, figures.anchors)]),
         Section("worst", "Worst frames", [PICTURE_LEGEND, *more] if figures.pictures else [], page_only=True),
@@ -164,10 +164,10 @@ def run_document(run: ReportedRun, figures: RunFigures = NO_FIGURES) -> Document
                 *vulnerable(result),
             ],
         ),
-        Section("bands", "Tracks by range, class and view", run_tables.tracks_by_band(result), page_only=True),
+        Section("bands", "Tracks by range, class and view", bands, page_only=True),
         Section("models", "Motion models", [*figures.models, *_models(result)]),
         Section("stages", "All stages", _stages(result)),
-        Section("again", "Reproduce", _again(run) if figures is not NO_FIGURES else [], page_only=True),
+        Section("again", "Reproduce", again, page_only=True),
     ]
     return Document(
         title=result.scenario,

@@ -1,15 +1,14 @@
 """Runs of one scenario with several seeds: verdicts, means and spreads, and the first screen."""
 
 import math
+import shutil
 import statistics
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.text import Text
-
-from luxloop.console import PrintableConsole
 from luxloop.scenarios.document.document import Answer, Document, Section, Span, Style, Table
+from luxloop.scenarios.document.terminal import DIM, Line, print_lines
 from luxloop.scenarios.files.expect import Check, unmet
 from luxloop.scenarios.metrics.main_figures import OF_RUNS, ON_FIRST_SCREEN
 from luxloop.scenarios.report import first_screen, text
@@ -119,8 +118,7 @@ def show(done: Runs, verdicts: Mapping[int, str], *, recorded: bool, full: bool)
     if full or not done:
         text.show(seeds_document(done, verdicts))
         return
-    console = PrintableConsole(markup=False, emoji=False, highlight=False)
-    first_screen.print_lines(screen(done, verdicts, console.width, recorded=recorded), console)
+    print_lines(screen(done, verdicts, shutil.get_terminal_size().columns, recorded=recorded))
 
 
 def screen(done: Runs, verdicts: Mapping[int, str], columns: int, *, recorded: bool) -> Screen:
@@ -154,7 +152,9 @@ def _failing(done: Runs, room: int) -> Screen:
     names = sorted(by_name, key=lambda name: _importance(by_name[name][worst[name]]))
     shown = names if len(names) < room else names[: room - 2]
     rows = [_row(name, by_name[name], worst[name], len(done)) for name in shown]
-    more = [Text(f"  and {len(names) - len(shown)} more: --full prints all", "dim")] if len(shown) < len(names) else []
+    more = (
+        [Line.of((f"  and {len(names) - len(shown)} more: --full prints all", DIM))] if len(shown) < len(names) else []
+    )
     return [*first_screen.table(("Limits that do not hold", "worst", "seeds"), rows), *more] if rows else []
 
 

@@ -1,16 +1,13 @@
 """Documents and other reports on standard output, in files, logs and notebooks."""
 
-import io
+import shutil
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import RenderableType
-from rich.measure import Measurement
-
-from luxloop.console import PrintableConsole
-from luxloop.scenarios.document import html
-from luxloop.scenarios.document.document import Document, Section
+from luxloop.printable import is_terminal
+from luxloop.scenarios.document import terminal
+from luxloop.scenarios.document.document import Document, Section, Table
 from luxloop.scenarios.files.expect import ranked
 from luxloop.scenarios.metrics.main_figures import OF_RUNS
 from luxloop.scenarios.report.cells import interval_of, table_of, with_unit
@@ -33,30 +30,26 @@ def report(result: Result, checks: "Sequence[Check]") -> "Document":
     return run_document(ReportedRun(result.out or Path(), result, list(checks), {}))
 
 
-def show(report: RenderableType, text: str | None = None) -> None:
-    """Print on standard output, in colour on a terminal, else the text of `as_text` if it is known already."""
-    console = PrintableConsole(markup=False, emoji=False)
-    if text is not None and not console.is_terminal and console.encoding == "utf-8":
-        console.out(text, end="", highlight=False)
-    else:
-        PrintableConsole(width=None if sys.stdout.isatty() else _width(report), markup=False, emoji=False).print(report)
+def show(shown: Document | Table) -> None:
+    """Print on standard output: in colour and as wide as the terminal, else as `as_text`."""
+    width = shutil.get_terminal_size().columns if is_terminal(sys.stdout) else _width(shown)
+    terminal.print_lines(terminal.lines(shown, width))
 
 
-def as_text(report: RenderableType) -> str:
+def as_text(shown: Document | Table) -> str:
     """Return the report as text without colours, for a file."""
-    text = io.StringIO()
-    PrintableConsole(file=text, width=_width(report), color_system=None, markup=False, emoji=False).print(report)
-    return text.getvalue()
+    return "".join(f"{line.plain}\n" for line in terminal.lines(shown, _width(shown)))
 
 
-def _width(report: RenderableType) -> int:
+def _width(shown: Document | Table) -> int:
     """Return the line width of a log or a file, in which no cell of a table is broken."""
-    console = PrintableConsole(markup=False, emoji=False)
-    return max(WIDTH, Measurement.get(console, console.options.update(max_width=10_000), report).minimum)
+    return max(WIDTH, terminal.narrowest(shown))
 
 
 def result_html(result: Result) -> str:
     """Return the verdict, the expectations that do not hold, and the main metrics as HTML."""
+    from luxloop.scenarios.document import html  # slow, and most runs are not shown in a notebook
+
     unmet = [check for check in ranked(result.checks) if not check.holds]
     named = {check.name for check in unmet}
     main = table_of("Main metrics", "metric", "value", "95 %")

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 from luxloop.plugins import OWN, PluginError, PluginGroup
 from luxloop.scenarios.errors import DeviceError
+from luxloop.scenarios.files import expect
 from luxloop.scenarios.run import user_code
 from luxloop.scenarios.run.process_tracker import PREFIX, ClassFactory, ProcessFactory
 from luxloop.scenarios.run.user_code import UserCodeError
@@ -15,7 +16,7 @@ from luxloop.tracker.records import StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import Tracker, TrackerConfig
 
-SHIPPED = "luxloop.tracker.tracker:Tracker"
+SHIPPED = expect.SHIPPED
 REFERENCE = "shipped"
 """Name of the shipped tracker among `TRACKERS`."""
 

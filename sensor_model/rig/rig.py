@@ -1,7 +1,9 @@
 """Rigs: units and their mounting poses on the ego, and the rig files; docs/scenario-files.md explains every key."""
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from luxloop.sensor_model.rig.toml_table import RigError, Table, read_table
@@ -91,16 +93,16 @@ def load_rig(name_or_path: str, folder: Path) -> Rig:
         A file is missing, or one of its keys is missing, unknown or out of range.
     """
     table = _read(name_or_path, "rig", folder)
-    model = table.text("model", "")
-    mounts = tuple(_mount(unit, model or None) for unit in table.tables("unit"))
+    model, load = table.text("model", ""), cache(load_unit)  # most units are of one model, which is read once
+    mounts = tuple(_mount(unit, model or None, load) for unit in table.tables("unit"))
     return table.build(Rig, rear_axle_x_m=table.number("rear_axle_x_m"), mounts=mounts)
 
 
-def _mount(table: Table, model: str | None) -> Mount:
+def _mount(table: Table, model: str | None, load: Callable[[str, Path], UnitModel]) -> Mount:
     return table.build(
         Mount,
         name=table.text("name"),
-        model=load_unit(table.text("model", model), table.file.parent),
+        model=load(table.text("model", model), table.file.parent),
         x_m=table.number("x_m"),
         y_m=table.number("y_m"),
         z_m=table.number("z_m"),

@@ -8,13 +8,12 @@ from pathlib import Path
 
 from luxloop.scenarios.document.document import Answer, Span, Style
 from luxloop.scenarios.files import shipped
-from luxloop.scenarios.files.expect import Check, ExpectationOutcome, RunVerdict, ranked, unmet, verdict
+from luxloop.scenarios.files.expect import SHIPPED, Check, ExpectationOutcome, RunVerdict, ranked, unmet, verdict
 from luxloop.scenarios.grading.worst_frames import WorstFrame, worst_frames
 from luxloop.scenarios.metrics.main_figures import OF_RUNS
 from luxloop.scenarios.report.cells import counted, with_unit
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
-from luxloop.scenarios.run.device import SHIPPED
 
 STYLES: dict[RunVerdict, Style] = {"passed": "good", "failed": "bad", "incomplete": "warn", "no limits": "info"}
 OUTCOMES: dict[ExpectationOutcome, Style] = {

@@ -1,14 +1,12 @@
 """A document in every format, by hand."""
 
-import io
 import json
 import math
 import re
 
 import pytest
-from rich.console import Console
 
-from luxloop.scenarios.document import html, latex, markdown
+from luxloop.scenarios.document import html, latex, markdown, terminal
 from luxloop.scenarios.document.document import (
     LISTED,
     Answer,
@@ -61,9 +59,7 @@ def document(**changes):
 
 
 def printed(shown):
-    out = io.StringIO()
-    Console(file=out, width=80, color_system=None).print(shown)
-    return [line.rstrip() for line in out.getvalue().splitlines()]
+    return [line.plain for line in terminal.lines(shown, 80)]
 
 
 def test_a_terminal_has_the_answer_first_and_no_pictures_or_folded_parts():

@@ -3,10 +3,9 @@
 import io
 
 import pytest
-from rich.console import Console, Group
-from rich.padding import Padding
-from rich.text import Text
 
+from luxloop.scenarios.document import terminal
+from luxloop.scenarios.document.document import Answer, Document, Paragraph, Section
 from luxloop.scenarios.report import text
 from luxloop.scenarios.report.cells import table_of
 
@@ -14,9 +13,7 @@ NAME = "mma.x_abs_mean_m{target=standing}"
 
 
 def printed(table, width):
-    out = io.StringIO()
-    Console(file=out, width=width, color_system=None).print(table)
-    return out.getvalue()
+    return "".join(f"{line.plain}\n" for line in terminal.lines(table, width))
 
 
 def table():
@@ -46,11 +43,11 @@ def test_log_is_as_wide_as_its_widest_table():
     name = "a" * 120
     found = table_of("Runs", "run", "n")
     found.add_row(name, "12345")
-    report = Group(Padding(Text("word " * 40), (0, 0, 1, 0), expand=False), Padding(found, (0, 0, 1, 0), expand=False))
-    lines = text.as_text(report).splitlines()
+    words = Paragraph("word " * 40)
+    lines = text.as_text(Document("", Answer(""), [words], [Section("runs", "", [found])])).splitlines()
     assert f"{name}   12345" in lines
     assert max(map(len, lines)) == 120 + 3 + 5
-    assert max(map(len, text.as_text(Text("word " * 40)).splitlines())) <= text.WIDTH
+    assert max(map(len, text.as_text(Document("", Answer(""), [words], [])).splitlines())) <= text.WIDTH
 
 
 def test_brackets_and_colons_in_cells_are_printed_as_written(capsys):
@@ -62,8 +59,34 @@ def test_brackets_and_colons_in_cells_are_printed_as_written(capsys):
     assert f"{need}     [1]" in text.as_text(found)
 
 
-def test_a_text_that_is_known_is_printed_as_it_is_except_on_a_terminal(capsys, monkeypatch):
-    text.show(Text("report"), "report as text\n")
+@pytest.mark.parametrize("width", [4, 7, 11])
+def test_lines_are_broken_at_breaks_between_words_and_in_long_ones_and_count_columns(width):
+    lines = [line.plain for line in terminal.wrapped(terminal.Line.of("one two\n\nthree 車車車車車車 é"), width)]
+    assert all(sum(2 if letter == "車" else 1 for letter in line) <= width for line in lines)
+    assert "".join("".join(lines).split()) == "onetwothree車車車車車車é"
+    assert "" in lines
+    assert all(line == line.strip() for line in lines)
+
+
+def test_styles_stay_at_their_letters_when_a_line_is_broken():
+    one, two = terminal.wrapped(terminal.Line.of(("red words", "31"), " and plain"), 13)
+    assert [one.coloured, two.coloured] == ["\x1b[31mred words\x1b[0m and", "plain"]
+
+
+def test_only_a_terminal_that_wants_colours_gets_them(capsys, monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    shown = Document("", Answer("said", "failed", "bad"), [], [])
+    text.show(shown)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    text.show(Text("report"), "report as text\n")
-    assert capsys.readouterr().out == "report as text\nreport\n"
+    text.show(shown)
+    monkeypatch.setenv("NO_COLOR", "1")
+    text.show(shown)
+    assert capsys.readouterr().out == "FAILED: said\n\n\x1b[1;31mFAILED\x1b[0m: said\n\nFAILED: said\n\n"
+
+
+def test_a_log_in_an_encoding_without_lines_has_other_signs(monkeypatch):
+    out = io.TextIOWrapper(io.BytesIO(), encoding="latin-1")
+    monkeypatch.setattr("sys.stdout", out)
+    text.show(table())
+    out.flush()
+    assert b"\n????" in out.buffer.getvalue()

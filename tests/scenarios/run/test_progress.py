@@ -6,7 +6,7 @@ import pytest
 from numba import njit
 
 from luxloop.scenarios.run import progress
-from luxloop.scenarios.run.progress import _share_read
+from luxloop.scenarios.run.progress_bars import _share_read
 from luxloop.scenarios.run.warm_up import STATUS, compilation_reported
 from luxloop.sim.source import StartStatus
 
