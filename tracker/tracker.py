@@ -142,8 +142,7 @@ class Tracker:
         correct(tracks, assigned(hypotheses, observations, pairs), self._selection, self._settings, dt)
         terminate_lost(tracks, scan, config.existence)
         track_id = box_ids(tracks, pairs, len(observations))
-        forward = float(scan.ego_pose_odom[2])
-        self._tracks = self._management.manage(tracks, observations, track_id, forward, self._selection)
+        self._tracks = self._management.manage(tracks, observations, track_id, scan.ego_pose_odom, self._selection)
         output = self._add_small(report(self._tracks, self._selection), detection, scan, dt)
         return output, StepTrace(detection.segments, detection.linkage, detection.candidates, detection.boxes, track_id)
 

@@ -79,11 +79,16 @@ class OracleTrackManagement:
         self._context = context
 
     def manage(
-        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self,
+        tracks: TrackTable,
+        observations: Observations,
+        track_id: Ints,
+        ego_pose: Floats,
+        selection: ModelSelection,
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
         context, shipped = self._context, self._shipped
-        flow = shipped.flow(tracks, forward)
+        flow = shipped.flow(tracks, ego_pose)
         shipped.orient(tracks, flow)
         shipped.settle(tracks)
         for rows in self._by_actor(tracks):
@@ -235,10 +240,15 @@ class ActorRecorder:
         self._context = context
 
     def manage(
-        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self,
+        tracks: TrackTable,
+        observations: Observations,
+        track_id: Ints,
+        ego_pose: Floats,
+        selection: ModelSelection,
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        managed = self._management.manage(tracks, observations, track_id, forward, selection)
+        managed = self._management.manage(tracks, observations, track_id, ego_pose, selection)
         self._context.add_tracks(track_id)
         if isinstance(selection, OracleModelSelection):
             selection.select(managed)
@@ -249,10 +259,15 @@ class OracleSizes(ActorRecorder):
     """Recording track management after which every track has the size of the vehicle that it follows."""
 
     def manage(
-        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self,
+        tracks: TrackTable,
+        observations: Observations,
+        track_id: Ints,
+        ego_pose: Floats,
+        selection: ModelSelection,
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        managed = super().manage(tracks, observations, track_id, forward, selection)
+        managed = super().manage(tracks, observations, track_id, ego_pose, selection)
         size = self._context.truth.size_of(self._context.track_actor(managed))
         for t in np.flatnonzero(np.isfinite(size[:, 0])).tolist():
             managed.size[t], managed.size_std[t] = size[t], SIZE_STD_M

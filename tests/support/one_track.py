@@ -74,7 +74,8 @@ class OneTrack:
 def flow_of(*poses, forward=0.0):
     """Return the flow of neighbours (x, y, heading), with ids from 1, beside an ego with heading `forward` [rad]."""
     table = np.array(poses, dtype=float).reshape(-1, 3)
-    return TrafficFlow(np.arange(1, len(table) + 1), table[:, :2].copy(), table[:, 2].copy(), forward)
+    ids, known = np.arange(1, len(table) + 1), np.ones(len(table), dtype=bool)
+    return TrafficFlow(ids, table[:, :2].copy(), table[:, 2].copy(), known, np.array([0.0, 0.0, forward]))
 
 
 def start(pose, flow=None, size=CAR, mma=MMA, cut=UNCUT, time_offset=0.0):

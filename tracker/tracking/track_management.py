@@ -16,7 +16,7 @@ from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.observations import Observations, uncut
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_table import CONFIRMED, DEAD, TENTATIVE, TrackTable, empty
-from luxloop.tracker.tracking.traffic_flow import TrafficFlow
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow, TrafficSide
 from luxloop.tracker.vehicle_classes import WIDE_M
 
 
@@ -24,7 +24,12 @@ class TrackManagement(Protocol):
     """Start, confirmation, merging and termination of tracks."""
 
     def manage(
-        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self,
+        tracks: TrackTable,
+        observations: Observations,
+        track_id: Ints,
+        ego_pose: Floats,
+        selection: ModelSelection,
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, after their updates.
 
@@ -36,8 +41,8 @@ class TrackManagement(Protocol):
             The B boxes of this frame.
         track_id
             (B,) track of each box, `NO_TRACK` for none. Ids of new tracks are written into it.
-        forward
-            Heading of the ego in the odometry frame [rad].
+        ego_pose
+            (3,) x, y [m] and heading [rad] of the ego in the odometry frame.
         selection
             Model selection, which reports the states of new and of merged tracks.
 
@@ -55,12 +60,18 @@ class DefaultTrackManagement:
         self._merging = merging
         self._config = config
         self._next_id = 0
+        self._side = TrafficSide()
 
     def manage(
-        self, tracks: TrackTable, observations: Observations, track_id: Ints, forward: float, selection: ModelSelection
+        self,
+        tracks: TrackTable,
+        observations: Observations,
+        track_id: Ints,
+        ego_pose: Floats,
+        selection: ModelSelection,
     ) -> TrackTable:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        every, flow = np.arange(len(tracks)), self.flow(tracks, forward)
+        every, flow = np.arange(len(tracks)), self.flow(tracks, ego_pose)
         self.orient(tracks, flow)
         self.settle(tracks)
         self.merge(tracks, every, selection)
@@ -69,10 +80,13 @@ class DefaultTrackManagement:
             tracks, self.newcomers(tracks, observations, track_id), observations, track_id, flow, selection
         )
 
-    def flow(self, tracks: TrackTable, forward: float) -> TrafficFlow:
-        """Return the tracks whose direction is known, beside an ego of heading `forward` [rad]."""
-        known = tracks.shows_direction
-        return TrafficFlow(tracks.id[known], tracks.estimate[known, :2], tracks.yaw[known, 0], forward)
+    def flow(self, tracks: TrackTable, ego_pose: Floats) -> TrafficFlow:
+        """Return the tracks whose direction is known, beside an ego at x, y [m] and heading [rad] (3,)."""
+        moved = tracks.subset(tracks.oriented & (tracks.status == CONFIRMED))
+        self._side.observe(moved.id, moved.estimate[:, :2], moved.heading, ego_pose)
+        known = tracks.subset(tracks.shows_direction)
+        place, heading = known.estimate[:, :2].copy(), known.heading.copy()
+        return TrafficFlow(known.id, place, heading, known.oriented, ego_pose, self._side.keeps_right)
 
     def orient(self, tracks: TrackTable, flow: TrafficFlow) -> None:
         """Turn stationary vehicles to their likeliest directions, beside the other vehicles of `flow`.

@@ -20,7 +20,8 @@ WHOLE, CUT = np.ones(2, dtype=bool), np.zeros(2, dtype=bool)
 
 def turns(size, whole=WHOLE, forward=0.0, least=0.0):
     """Return the quarter turns of a box along x without neighbours, beside an ego with heading `forward` [degrees]."""
-    alone = TrafficFlow(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0), np.radians(forward))
+    none, ego = np.zeros(0, dtype=np.int64), np.array([0.0, 0.0, np.radians(forward)])
+    alone = TrafficFlow(none, np.zeros((0, 2)), np.zeros(0), np.zeros(0, dtype=bool), ego)
     return likeliest_turns(shape_log_odds(np.array(size), whole), np.zeros(2), 0.0, alone, least)
 
 

@@ -221,9 +221,10 @@ def test_agreement_of_neighbours_equals_the_weighted_sums(rng):
     assert found == pytest.approx(expected)
     forward = np.array([np.cos(heading), np.sin(heading)])
     along, across = offset @ forward, offset @ np.array([-forward[1], forward[0]])
-    weight = np.exp(-np.abs(along) / 15.0 - 0.5 * (across / 1.75) ** 2)
+    known = np.arange(6) != 4
+    weight = known[others] * np.exp(-np.abs(along) / 15.0 - 0.5 * (across / 1.75) ** 2)
     expected = weight.sum(), weight @ np.cos(direction[others] - heading)
-    found = traffic_flow.front_agreement(position, direction, ids, 2, place, heading, 15.0, 1.75)
+    found = traffic_flow.front_agreement(position, direction, known, ids, 2, place, heading, 15.0, 1.75)
     assert found == pytest.approx(expected)
 
 

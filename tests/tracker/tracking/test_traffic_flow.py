@@ -1,6 +1,7 @@
 """Directions of vehicles by those of their neighbours and of the ego."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from luxloop.tracker.geometry import rotate, wrap
 from luxloop.tracker.tracking.orientation import likeliest_turns
-from luxloop.tracker.tracking.traffic_flow import TrafficFlow
+from luxloop.tracker.tracking.traffic_flow import TrafficFlow, TrafficSide
 
 ORIGIN = np.zeros(2)
 EAST, NORTH, WEST = 0.0, 0.5 * math.pi, math.pi
@@ -22,7 +23,8 @@ cars = st.lists(st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0), angles
 def flow_of(*poses, forward=EAST):
     """Return the flow of cars (x, y, heading), with ids from 0."""
     table = np.array(poses, dtype=float).reshape(-1, 3)
-    return TrafficFlow(np.arange(len(table)), table[:, :2], table[:, 2], forward)
+    known = np.ones(len(table), dtype=bool)
+    return TrafficFlow(np.arange(len(table)), table[:, :2], table[:, 2], known, np.array([0.0, 0.0, forward]))
 
 
 def turns(flow, heading=EAST, length_log_odds=0.0, place=ORIGIN, least=0.0):
@@ -51,6 +53,67 @@ def test_a_neighbour_on_the_next_lane_determines_the_axis_more_than_the_front():
     oncoming = flow_of((0.0, 3.5, WEST))
     assert oncoming.front_log_odds(ORIGIN, EAST) == pytest.approx(0.7 - 0.621752, abs=1e-6)
     assert oncoming.axis_log_odds(ORIGIN, EAST) == pytest.approx(0.7 + 1.450493, abs=1e-6)
+
+
+def test_a_neighbour_whose_front_is_unknown_determines_the_axis_only():
+    """Two parked cars whose fronts were only guessed must not confirm each other's guesses."""
+    parked = replace(flow_of((7.0, 0.0, WEST)), front_known=np.array([False]))
+    assert parked.front_log_odds(ORIGIN, EAST) == pytest.approx(0.7)
+    assert parked.axis_log_odds(ORIGIN, EAST) == flow_of((7.0, 0.0, WEST)).axis_log_odds(ORIGIN, EAST)
+
+
+@pytest.mark.parametrize(
+    ("place", "faces"),
+    [
+        ((0.0, 3.5), EAST),  # another lane of the ego's carriageway
+        ((0.0, -3.5), EAST),
+        ((20.0, 7.0), WEST),  # the left kerb of a street
+        ((20.0, -7.0), EAST),
+        ((20.0, 15.0), WEST),
+    ],
+)
+def test_parked_vehicles_face_as_the_traffic_on_their_side(place, faces):
+    flow = flow_of()
+    assert flow.front_log_odds(np.array(place), faces) == pytest.approx(0.7)
+    on_the_left = replace(flow, keeps_right=-1.0)  # where traffic keeps to the left, the sides are swapped
+    mirrored = np.array([place[0], -place[1]])
+    assert on_the_left.front_log_odds(mirrored, faces) == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize(("left_m", "faces"), [(15.0, -NORTH), (-15.0, NORTH)])
+def test_vehicles_on_a_side_street_face_the_junction(left_m, faces):
+    assert flow_of().front_log_odds(np.array([20.0, left_m]), faces) == pytest.approx(0.7)
+
+
+def test_vehicles_in_bays_beside_the_street_have_no_expected_front():
+    assert flow_of().front_log_odds(np.array([20.0, -8.0]), NORTH) == pytest.approx(0.0, abs=1e-12)
+
+
+def oncoming(left_m, ids, heading=WEST):
+    """Return ids, positions and headings of vehicles at a lateral distance [m] from an ego at the origin."""
+    return np.array(ids), np.array([[20.0, left_m]] * len(ids)), np.full(len(ids), heading)
+
+
+def test_the_side_of_traffic_is_that_of_most_oncoming_vehicles():
+    """The prior of 0.6 is (2 / (1 + exp(-0.6))) - 1 = 0.291313 to the right; each oncoming vehicle counts 1, once."""
+    side, ego = TrafficSide(), np.zeros(3)
+    assert side.keeps_right == pytest.approx(0.291313, abs=1e-6)
+    side.observe(*oncoming(-3.5, [4]), ego)
+    side.observe(*oncoming(-3.5, [4]), ego)
+    assert side.log_odds == pytest.approx(-0.4)
+    side.observe(*oncoming(-3.5, [4, 5, 6]), ego)
+    assert side.log_odds == pytest.approx(-2.4)
+    side.observe(*oncoming(3.5, [7]), ego)
+    assert side.log_odds == pytest.approx(-1.4)
+
+
+def test_other_vehicles_do_not_show_the_side_of_traffic():
+    side, ego = TrafficSide(), np.zeros(3)
+    for left_m, heading in ((-3.5, EAST), (-3.5, NORTH), (-1.0, WEST), (-12.0, WEST), (-3.5, WEST - 0.4)):
+        side.observe(*oncoming(left_m, [1], heading), ego)
+    assert side.log_odds == 0.6
+    side.observe(*oncoming(3.5, range(100)), ego)
+    assert side.log_odds == 5.0
 
 
 def test_many_neighbours_are_limited():
