@@ -171,8 +171,8 @@ class TrafficFlow:
     def _expected(self, place: Floats) -> complex:
         """Return the expected directions of vehicles along and across the ego's heading at a place (2,) [m].
 
-        Vehicles beside the ego may be in another lane of its carriageway. Farther away, those on one side face as the ego
-        does, and those on the other one oppose it. Those that stand across, on a side street, wait for the junction.
+        Vehicles beside the ego may be in another lane of its carriageway. Farther away, those on one side face as the
+        ego does, and those on the other one oppose it. Those that stand across, on a side street, wait for the junction.
         """
         x, y, forward = self.ego_pose.tolist()
         left_m = (complex(place.item(0) - x, place.item(1) - y) * elementary.rotation(-forward)).imag
