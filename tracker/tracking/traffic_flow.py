@@ -172,7 +172,7 @@ class TrafficFlow:
         """Return the expected directions of vehicles along and across the ego's heading at a place (2,) [m].
 
         Vehicles beside the ego may be in another lane of its carriageway. Farther away, those on one side face as the
-        ego does, and those on the other one oppose it. Those that stand across, on a side street, wait for the junction.
+        ego does, those on the other one oppose it. Those that stand across, on a side street, wait for the junction.
         """
         x, y, forward = self.ego_pose.tolist()
         left_m = (complex(place.item(0) - x, place.item(1) - y) * elementary.rotation(-forward)).imag
