@@ -36,7 +36,7 @@ def of_frames(dt: float) -> Progress:
 
 
 def of_steps(what: str) -> Progress:
-    """Return the bar of a number of things."""
+    """Return the bar of counted steps; `what` is their plural."""
     counted = (BarColumn(), MofNCompleteColumn(), TextColumn(what))
     return _bar(*counted, TimeElapsedColumn(), TextColumn("remaining"), TimeRemainingColumn())
 

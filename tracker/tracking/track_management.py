@@ -81,7 +81,10 @@ class DefaultTrackManagement:
         )
 
     def flow(self, tracks: TrackTable, ego_pose: Floats) -> TrafficFlow:
-        """Return the tracks whose direction is known, beside an ego at x, y [m] and heading [rad] (3,)."""
+        """Return the tracks whose direction is known, beside an ego at x, y [m] and heading [rad] (3,).
+
+        Oncoming vehicles among them show the side of traffic, which is remembered.
+        """
         moved = tracks.subset(tracks.oriented & (tracks.status == CONFIRMED))
         self._side.observe(moved.id, moved.estimate[:, :2], moved.heading, ego_pose)
         known = tracks.subset(tracks.shows_direction)

@@ -78,7 +78,6 @@ NEIGHBOUR_RANGE_M = 15.0
 LANE_STD_M = 1.75
 """Standard deviation of the lateral distance within a lane [m]: half the width of a lane."""
 
-
 CARRIAGEWAY_M = 5.25
 """Lateral distance within which a vehicle may be in another lane of the ego's carriageway [m]: one and a half lanes."""
 
@@ -101,6 +100,13 @@ ONCOMING_COS = -0.95
 """Maximum cosine of the angle between their headings and that of the ego: 18 degrees."""
 
 
+def left_of(ego_pose: Floats, place: Floats) -> float:
+    """Return the lateral distance of a place (2,) [m] from an ego at x, y [m] and heading [rad] (3,), positive left."""
+    x, y, forward = ego_pose.tolist()
+    left_m: float = elementary.cos(forward) * (place.item(1) - y) - elementary.sin(forward) * (place.item(0) - x)
+    return left_m
+
+
 @dataclass(slots=True)
 class TrafficSide:
     """Belief that traffic keeps to the right, from the oncoming vehicles that were seen to move."""
@@ -115,15 +121,13 @@ class TrafficSide:
 
     def observe(self, id: Ints, position: Floats, heading: Floats, ego_pose: Floats) -> None:
         """Count each oncoming vehicle once; vehicles at (K, 2) [m] are known to move along headings (K,)."""
-        x, y, forward = ego_pose.tolist()
-        seen = zip(id.tolist(), position.tolist(), heading.tolist(), strict=True)
+        low, high = ONCOMING_M
         counted = set[int]()
-        for number, (its_x, its_y), direction in seen:
-            left_m = elementary.cos(forward) * (its_y - y) - elementary.sin(forward) * (its_x - x)
-            low, high = ONCOMING_M
+        for number, place, direction in zip(id.tolist(), position, heading.tolist(), strict=True):
+            left_m = left_of(ego_pose, place)
             if number in self._counted:
                 counted.add(number)
-            elif low < abs(left_m) < high and elementary.cos(direction - forward) < ONCOMING_COS:
+            elif low < abs(left_m) < high and elementary.cos(direction - ego_pose.item(2)) < ONCOMING_COS:
                 counted.add(number)
                 total = self.log_odds + (ONCOMING_LOG_ODDS if left_m > 0.0 else -ONCOMING_LOG_ODDS)
                 self.log_odds = min(max(total, -KEEPS_LOG_ODDS_MAX), KEEPS_LOG_ODDS_MAX)
@@ -174,8 +178,7 @@ class TrafficFlow:
         Vehicles beside the ego may be in another lane of its carriageway. Farther away, those on one side face as the
         ego does, those on the other one oppose it. Those that stand across, on a side street, wait for the junction.
         """
-        x, y, forward = self.ego_pose.tolist()
-        left_m = (complex(place.item(0) - x, place.item(1) - y) * elementary.rotation(-forward)).imag
+        left_m = left_of(self.ego_pose, place)
         if abs(left_m) <= CARRIAGEWAY_M:
             return 1.0 + 0.0j
         side = 1.0 if left_m > 0.0 else -1.0
