@@ -145,19 +145,24 @@ class VehicleClass(NamedTuple):
     """Shortest and longest [m]."""
     width_m: tuple[float, float]
     """Narrowest and widest without mirrors [m]."""
+    end_fraction: float
+    """Share of the views that show one end and no side."""
+    side_fraction: float
+    """Share of the views that show one side and no end."""
     flat: bool
     """True if single faces are as flat as those of lorries, False if bowed as those of cars."""
 
 
 CLASSES = (
-    VehicleClass(0.70, (3.4, 5.3), (1.5, 2.15), False),
-    VehicleClass(0.25, (5.1, 18.9), (2.1, 2.75), True),
-    VehicleClass(0.05, (1.8, 2.6), (0.5, 1.1), False),
+    VehicleClass(0.70, (3.4, 5.3), (1.5, 2.15), 0.17, 0.14, False),
+    VehicleClass(0.25, (5.1, 18.9), (2.1, 2.75), 0.28, 0.22, True),
+    VehicleClass(0.05, (1.8, 2.6), (0.5, 1.1), 0.2, 0.2, False),
 )
 """Cars and vans, lorries and buses up to the limits of Directive 96/53/EC (18.75 m and 2.6 m), motorcycles; all ranges
-are wider by 0.1 to 0.15 m, the errors of visible extents. The shares are rough."""
+are wider by 0.1 to 0.15 m, the errors of visible extents. The shares of the classes are rough. The shares of single
+faces are those of the boxes that the rig sees in city traffic; motorcycles have too few of them to tell."""
 
-PAIR = VehicleClass(0.25, (7.0, 12.0), (1.5, 2.15), True)
+PAIR = VehicleClass(0.25, (7.0, 12.0), (1.5, 2.15), 0.2, 0.2, True)
 """Two cars in a row that form one segment: as long as a lorry, but no vehicle, and about as frequent."""
 
 CAR_LENGTH_MAX_M = 5.3
@@ -165,9 +170,6 @@ CAR_LENGTH_MAX_M = 5.3
 
 ROUNDING_M = 0.4
 """Part of a side that rounded corners hide at most, both ends together [m]."""
-
-SINGLE_FACE_FRACTION = 0.4
-"""Share of views of vehicles with a single visible face."""
 
 BACKGROUND_LENGTH_M = (0.5, 20.0)
 """Lengths of background segments [m]; longer ones are removed as walls."""
@@ -215,8 +217,8 @@ def length_log_odds(size: Floats, whole: Bools, visible_min_m: float, truncated_
 
 
 @kernel()
-def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -> float:
-    """Return the log-odds of a view of two sides (2,) [m] for a vehicle, against a piece of a building or a wall.
+def class_log_odds(size: Floats, whole: Bools, truncated_probability: float) -> Floats:
+    """(C,) log-odds of a view of two sides (2,) [m] for each of `CLASSES`, against a piece of a building or a wall.
 
     A vehicle shows its length and its width, or a single face, which is one of both. Background has any length on a
     logarithmic scale and the depth of a wall, or is a `PAIR`.
@@ -232,11 +234,11 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
     low, high = BACKGROUND_LENGTH_M
     background = of_background(shorter[0]) / (elementary.log(high / low) * max(longer[0], low))
     if longer[0] > CAR_LENGTH_MAX_M:
-        background += view_density(longer, shorter, PAIR)
-    vehicle = 0.0
-    for kind in CLASSES:
-        vehicle += view_density(longer, shorter, kind)
-    return elementary.log(vehicle / background)
+        background += PAIR.share * view_density(longer, shorter, PAIR)
+    log_odds = np.empty(len(CLASSES))
+    for c, kind in enumerate(CLASSES):
+        log_odds[c] = elementary.log(view_density(longer, shorter, kind) / background)
+    return log_odds
 
 
 @kernel()
@@ -246,14 +248,14 @@ def view_density(longer: Side, shorter: Side, kind: VehicleClass) -> float:
     A side is its visible extent [m] and the probability that it is truncated.
     """
     depth = of_lorry(shorter[0]) if kind.flat else of_car(shorter[0])
-    alone, both = 0.5 * SINGLE_FACE_FRACTION * depth, 1.0 - SINGLE_FACE_FRACTION
+    both = 1.0 - kind.end_fraction - kind.side_fraction
     along = side_density(longer[0], longer[1], kind.length_m, 0.0) * (
-        alone + both * side_density(shorter[0], shorter[1], kind.width_m, 0.0)
+        kind.side_fraction * depth + both * side_density(shorter[0], shorter[1], kind.width_m, 0.0)
     )
     across = side_density(longer[0], longer[1], kind.width_m, 0.0) * (
-        alone + both * side_density(shorter[0], shorter[1], kind.length_m, 0.0)
+        kind.end_fraction * depth + both * side_density(shorter[0], shorter[1], kind.length_m, 0.0)
     )
-    return kind.share * (along + across)
+    return along + across
 
 
 @kernel()

@@ -12,7 +12,6 @@ from luxloop.tracker.vehicle_classes import (
     OUTLIER_DENSITY,
     PAIR,
     ROUNDING_M,
-    SINGLE_FACE_FRACTION,
     of_background,
     of_car,
     of_lorry,
@@ -34,26 +33,25 @@ def length_log_odds(size, whole, visible_min_m, truncated_probability):
     return math.log(density(sides) / density(sides[::-1]))
 
 
-def vehicle_log_odds(size, whole, truncated_probability):
-    """Return the log-odds of a view of two sides (2,) [m] for a vehicle, against a piece of a building or a wall."""
+def class_log_odds(size, whole, truncated_probability):
+    """Return the log-odds of a view of two sides (2,) [m] for each class, against a piece of a building or a wall."""
     sides = sorted(with_truncation(size, whole, truncated_probability), reverse=True)
     longer, shorter = sides[0][0], sides[1][0]
 
     def density(kind):
-        alone = 0.5 * SINGLE_FACE_FRACTION * (of_lorry if kind.flat else of_car)(shorter)
-        return kind.share * sum(
-            (
-                side_density(sides[0], one, 0.0)
-                * (alone + (1.0 - SINGLE_FACE_FRACTION) * side_density(sides[1], other, 0.0))
-                for one, other in ((kind.length_m, kind.width_m), (kind.width_m, kind.length_m))
-            )
+        face = (of_lorry if kind.flat else of_car)(shorter)
+        both = 1.0 - kind.end_fraction - kind.side_fraction
+        names = (kind.side_fraction, kind.length_m, kind.width_m), (kind.end_fraction, kind.width_m, kind.length_m)
+        return sum(
+            side_density(sides[0], one, 0.0) * (alone * face + both * side_density(sides[1], other, 0.0))
+            for alone, one, other in names
         )
 
     low, high = BACKGROUND_LENGTH_M
     background = of_background(shorter) / (math.log(high / low) * max(longer, low))
     if longer > CAR_LENGTH_MAX_M:
-        background += density(PAIR)
-    return math.log(sum(map(density, CLASSES)) / background)
+        background += PAIR.share * density(PAIR)
+    return [math.log(density(kind) / background) for kind in CLASSES]
 
 
 def with_truncation(size, whole, truncated_probability):

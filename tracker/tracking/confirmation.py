@@ -10,7 +10,7 @@ from luxloop.arrays import Bools, Floats, Ints
 from luxloop.tracker.bounds import require_within
 from luxloop.tracker.tracking.orientation import correlated_sum
 from luxloop.tracker.tracking.track_table import TrackTable
-from luxloop.tracker.vehicle_classes import FACE_MIN_M, TRUNCATED_PROBABILITY, vehicle_log_odds
+from luxloop.tracker.vehicle_classes import CLASSES, FACE_MIN_M, TRUNCATED_PROBABILITY, class_log_odds
 
 LEFT_MARGIN_M = 1.5
 """Clearance of a vehicle that left a place [m]: the position of a small piece of wall along the wall is this
@@ -69,10 +69,10 @@ def log_odds(probability: float) -> float:
     return elementary.log(probability / (1.0 - probability))
 
 
-def view_log_odds(size: Floats, untruncated: Bools, flat: bool) -> float:
-    """Return the evidence for a vehicle of a view of two sides (2,) [m], which may lack a side; limited."""
-    shape = vehicle_log_odds(size, untruncated, TRUNCATED_PROBABILITY) - FLAT_LOG_ODDS * flat
-    return min(max(shape, -VIEW_LOG_ODDS_MAX), VEHICLE_LOG_ODDS_MAX)
+def view_log_odds(size: Floats, untruncated: Bools, flat: bool) -> Floats:
+    """(C,) evidence of a view of two sides (2,) [m], which may lack a side, for each vehicle class; limited."""
+    shape = class_log_odds(size, untruncated, TRUNCATED_PROBABILITY) - FLAT_LOG_ODDS * flat
+    return np.minimum(np.maximum(shape, -VIEW_LOG_ODDS_MAX), VEHICLE_LOG_ODDS_MAX)
 
 
 def count_view(tracks: TrackTable, t: int, size: Floats, untruncated: Bools, flat: bool) -> None:
@@ -82,9 +82,12 @@ def count_view(tracks: TrackTable, t: int, size: Floats, untruncated: Bools, fla
 
 
 def vehicle_odds(tracks: TrackTable, t: int) -> float:
-    """Return the log-odds that a track is a vehicle."""
-    shape = correlated_sum(tracks.shape_evidence.item(t), tracks.shape_views.item(t), VIEW_CORRELATION)
-    return tracks.prior_log_odds.item(t) + shape + tracks.left.item(t) * MOTION_LOG_ODDS
+    """Return the log-odds that a track is a vehicle of any class, each with its share of all vehicles."""
+    views = tracks.shape_views.item(t)
+    shape = 0.0
+    for kind, evidence in zip(CLASSES, tracks.shape_evidence[t].tolist(), strict=True):
+        shape += kind.share * elementary.exp(correlated_sum(evidence, views, VIEW_CORRELATION))
+    return tracks.prior_log_odds.item(t) + elementary.log(shape) + tracks.left.item(t) * MOTION_LOG_ODDS
 
 
 def reacquire(tracks: TrackTable, t: int, same: float, config: ConfirmationConfig) -> None:

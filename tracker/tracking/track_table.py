@@ -14,7 +14,7 @@ from luxloop.tracker.kernels import inside
 from luxloop.tracker.records import NO_MODEL, OrientedBoxes, Status
 from luxloop.tracker.tracking.corner import rotated
 from luxloop.tracker.tracking.vehicle_size import known, likely
-from luxloop.tracker.vehicle_classes import CAR_LONGEST_M, GRID_M, WIDE_M
+from luxloop.tracker.vehicle_classes import CAR_LONGEST_M, CLASSES, GRID_M, WIDE_M
 
 
 @dataclass(slots=True, eq=False)
@@ -97,7 +97,7 @@ class TrackTable:
     prior_log_odds: Floats
     """(T,) log-odds of a vehicle before the views of its shape."""
     shape_evidence: Floats
-    """(T,) sum of the log-odds of the views for a vehicle."""
+    """(T, C) sums of the log-odds of the views for a vehicle of each class."""
     shape_views: Ints
     """(T,) number of these views."""
     left: Bools
@@ -225,7 +225,7 @@ def empty(models: tuple[str, ...], rows: int = 0) -> TrackTable:
         "corner_variance": (2,), "yaw": (2,), "yaw_covariance": (2, 2), "second_yaw": (2,),
         "second_covariance": (2, 2), "contradicted_from": (2,), "size": (2,), "size_std": (2,),
         "size_likelihood": (2, g), "piece_likelihood": (2, g), "size_views": (2, 2), "visible_size": (2,),
-        "whole_views": (2,), "birthplace": (5,), "first_ends": (2, 2, 2),
+        "whole_views": (2,), "shape_evidence": (len(CLASSES),), "birthplace": (5,), "first_ends": (2, 2, 2),
     }  # fmt: skip
     columns: dict[str, Any] = {}
     for field in fields(TrackTable)[1:]:

@@ -22,9 +22,10 @@ from luxloop.tracker.tracking.confirmation import (
     footprint,
     reacquire,
     vehicle_odds,
+    view_log_odds,
 )
 from luxloop.tracker.tracking.track_table import empty
-from luxloop.tracker.vehicle_classes import TRUNCATED_PROBABILITY, vehicle_log_odds
+from luxloop.tracker.vehicle_classes import CLASSES
 
 WHOLE = (True, True)
 FLAT = 0.03
@@ -88,11 +89,12 @@ def log_odds(seen, views, **values):
 
 @pytest.mark.parametrize(("views", "equal_to"), [(0, 0.0), (1, 1.0), (2, 2 / 1.2), (6, 3.0), (1000, 1000 / 200.8)])
 def test_correlated_views_have_the_evidence_of_a_few(views, equal_to):
-    """With a correlation of 0.2, n views have that of n / (0.8 + 0.2 n), at most 5."""
+    """With a correlation of 0.2, n views have that of n / (0.8 + 0.2 n), at most 5. The share of a class counts once."""
     seen = view((2.2, 1.0))
-    one = vehicle_log_odds(seen.size, seen.whole, TRUNCATED_PROBABILITY)
-    assert 0.5 < one < 2.0
-    assert log_odds(seen, views) == pytest.approx(equal_to * one)
+    one = view_log_odds(seen.size, seen.whole, seen.flat)
+    assert 0.5 < one[0] < 2.0
+    of_class = [kind.share * math.exp(equal_to * odds) for kind, odds in zip(CLASSES, one, strict=True)]
+    assert log_odds(seen, views) == pytest.approx(math.log(sum(of_class)), abs=1e-12)
 
 
 @pytest.mark.parametrize(("prior", "expected"), [(0.5, 0.0), (0.9, math.log(9.0)), (0.2, -math.log(4.0))])
@@ -101,15 +103,19 @@ def test_without_evidence_the_prior_holds(prior, expected):
 
 
 def test_the_evidence_of_one_view_is_limited(monkeypatch):
-    """A car in full view, surely not truncated, has log-odds above 3; a house of 9 by 6 m has -4.6."""
+    """A car in full view, surely not truncated, has log-odds above 3 for cars, below -2 for lorries, and -1.448 for
+    motorcycles: together ln(0.7 e^3 + 0.25 e^-2 + 0.05 e^-1.448) = 2.6466. A house of 9 by 6 m is below -2 for each."""
     monkeypatch.setattr(confirmation_module, "TRUNCATED_PROBABILITY", 0.0)
-    assert log_odds(view((4.6, 1.8)), 1) == VEHICLE_LOG_ODDS_MAX == 3.0
-    assert log_odds(view((9.0, 6.0)), 1) == -VIEW_LOG_ODDS_MAX == -2.0
+    assert VEHICLE_LOG_ODDS_MAX == 3.0
+    assert VIEW_LOG_ODDS_MAX == 2.0
+    assert log_odds(view((4.0, 1.7)), 1) == pytest.approx(2.6466, abs=1e-4)
+    assert log_odds(view((9.0, 6.0)), 1) == pytest.approx(-2.0)
 
 
 def test_a_missing_side_is_evidence_against_a_vehicle():
-    seen, lacking = view((2.2, 0.8)), view((2.2, 0.8), flat=True)
-    assert log_odds(lacking, 1) == pytest.approx(log_odds(seen, 1) - FLAT_LOG_ODDS)
+    size, car = np.array([2.2, 0.8]), 0
+    seen, lacking = (view_log_odds(size, np.array(WHOLE), flat)[car] for flat in (False, True))
+    assert lacking == pytest.approx(seen - FLAT_LOG_ODDS)
 
 
 def test_a_whole_car_is_above_nine_to_one_and_a_piece_is_between():
@@ -124,11 +130,26 @@ def test_a_whole_car_is_above_nine_to_one_and_a_piece_is_between():
 
 def test_one_to_nine_refutes():
     """Two views of -2 have the evidence of -4 / 1.2 = -3.33, below -ln 9 = -2.20."""
-    wall = confirmation()
-    wall.count(view((15.0, 0.02)))
-    assert wall.log_odds > -math.log(9.0)
-    wall.count(view((15.0, 0.02)))
-    assert wall.log_odds <= -math.log(9.0)
+    house = confirmation()
+    house.count(view((9.0, 6.0)))
+    assert house.log_odds > -math.log(9.0)
+    house.count(view((9.0, 6.0)))
+    assert house.log_odds <= -math.log(9.0)
+
+
+def test_the_share_of_a_class_counts_once():
+    """The flat rear of a lorry, 2.5 m wide, in plain view: of vehicles only lorries are so wide, 0.3 of which may be
+    truncated. Each view says that it is twice as likely a lorry as a wall, so that many views outweigh the share."""
+    rear = view((FLAT, 2.5))
+    (_, lorry, _) = view_log_odds(rear.size, rear.whole, rear.flat)
+    assert lorry > 0.0
+    assert log_odds(rear, 1) < 0.0 < log_odds(rear, 50)
+
+
+@pytest.mark.parametrize("length_m", [9.0, 12.0, 15.0, 18.0])
+def test_a_flat_wall_as_long_as_a_lorry_is_refuted_or_stays_open(length_m):
+    wall = view((length_m, 0.02))
+    assert log_odds(wall, 1000) < 0.0
 
 
 # --- motion

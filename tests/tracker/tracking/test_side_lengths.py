@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from luxloop.tracker import vehicle_classes
-from luxloop.tracker.vehicle_classes import length_log_odds, vehicle_log_odds
+from luxloop.tracker.vehicle_classes import CLASSES, class_log_odds, length_log_odds
 
 VISIBLE_MIN_M = 0.6
 WHOLE, CUT = (True, True), (False, False)
@@ -25,8 +25,9 @@ def length(size, whole=WHOLE, truncated=0.0):
 
 
 def vehicle(size, whole=WHOLE, truncated=0.3):
-    """Return the log-odds of a vehicle."""
-    return vehicle_log_odds(np.array(size), np.array(whole), truncated)
+    """Return the log-odds of a vehicle of any class."""
+    odds = np.exp(class_log_odds(np.array(size), np.array(whole), truncated))
+    return math.log(np.dot([kind.share for kind in CLASSES], odds))
 
 
 def test_a_whole_side_of_4_2_m_is_a_length():
@@ -76,16 +77,16 @@ def test_the_likelier_name_of_a_side(size, whole, likelier):
     assert (length(size, whole, 0.3) > 0.0) == (likelier != "length")
 
 
-def test_evidence_of_a_flat_side_for_a_vehicle():
+def test_evidence_of_a_flat_side_for_each_class():
     """4.2 m, 2 cm deep, with exp(-4 / 3) / 0.015 = 17.573142 for points on a line.
 
-    Cars: 0.1 x 17.573142 + 0.9 x 0.02 / 0.22^2 exp(-1 / 11) = 2.096897; 0.7 x 0.528316 x (0.5 x 0.4 x 2.096897 +
-    0.0006) = 0.155317 per square metre. Lorries: 0.5 x 17.573142 + 0.5 exp(-2 / 15) / 0.15 = 11.703816; 0.25 x 0.002 x
-    (0.2 x 11.703816 + 0.0006) = 0.001171. Motorcycles: 0.05 x 0.002 x 0.419979 = 0.000042. Background: 1 / (4.2 ln 40)
-    times 0.55 x 17.573142 + 0.35 exp(-2 / 15) / 0.15 + 0.1 / 2.8 = 11.743014."""
-    expected = math.log((0.155317 + 0.001171 + 0.000042) / 0.757942)
-    assert vehicle((4.2, 0.02), truncated=0.0) == pytest.approx(expected, abs=1e-4)
-    assert expected == pytest.approx(-1.5774, abs=1e-4)
+    Cars: 0.1 x 17.573142 + 0.9 x 0.02 / 0.22^2 exp(-1 / 11) = 2.096897; 0.527316 x (0.14 x 2.096897 + 0.69 x 0.001) +
+    0.001 x (0.17 x 2.096897 + 0.69 x 0.001) = 0.155522 per square metre. Lorries: 0.5 x 17.573142 + 0.5 exp(-2 / 15) /
+    0.15 = 11.703816; 0.001 x (0.5 x 11.703816 + 2 x 0.5 x 0.001) = 0.005853. Motorcycles: 0.001 x (0.4 x 2.096897 + 2 x
+    0.6 x 0.001) = 0.000840. Background: 1 / (4.2 ln 40) times 0.55 x 17.573142 + 0.35 exp(-2 / 15) / 0.15 + 0.1 / 2.8 =
+    11.743014: 0.757942."""
+    found = class_log_odds(np.array([4.2, 0.02]), np.array([True, True]), 0.0)
+    assert found == pytest.approx(np.log(np.array([0.155522, 0.005853, 0.000840]) / 0.757942), abs=1e-3)
 
 
 @pytest.mark.parametrize("density", [vehicle_classes.of_car, vehicle_classes.of_lorry], ids=["car", "lorry"])

@@ -266,8 +266,8 @@ def test_log_odds_of_sides_equal_the_reference(rng):
         for truncated in (0.0, 0.3, 1.0):
             found = vehicle_classes.length_log_odds(size, whole, 0.6, truncated)
             assert found == pytest.approx(naive_sizes.length_log_odds(size, whole, 0.6, truncated), rel=1e-13)
-            found = vehicle_classes.vehicle_log_odds(size, whole, truncated)
-            assert found == pytest.approx(naive_sizes.vehicle_log_odds(size, whole, truncated), rel=1e-13)
+            found = vehicle_classes.class_log_odds(size, whole, truncated)
+            assert found == pytest.approx(naive_sizes.class_log_odds(size, whole, truncated), rel=1e-13, abs=1e-13)
 
 
 def test_sizes_equal_the_reference_after_any_views(rng):
