@@ -154,11 +154,12 @@ class VehicleClass(NamedTuple):
 
 
 CLASSES = (
-    VehicleClass(0.70, (3.4, 5.3), (1.5, 2.15), 0.17, 0.14, False),
+    VehicleClass(0.60, (3.4, 5.3), (1.5, 2.15), 0.17, 0.14, False),
+    VehicleClass(0.10, (5.1, 6.3), (1.85, 2.25), 0.17, 0.14, False),
     VehicleClass(0.25, (5.1, 18.9), (2.1, 2.75), 0.28, 0.22, True),
     VehicleClass(0.05, (1.8, 2.6), (0.5, 1.1), 0.2, 0.2, False),
 )
-"""Cars and vans, lorries and buses up to the limits of Directive 96/53/EC (18.75 m and 2.6 m), motorcycles; all ranges
+"""Cars, vans and pickups (5.9 by 2.0 m are usual), lorries and buses up to the limits of Directive 96/53/EC (18.75 m and 2.6 m), motorcycles; all ranges
 are wider by 0.1 to 0.15 m, the errors of visible extents. The shares of the classes are rough. The shares of single
 faces are those of the boxes that the rig sees in city traffic; motorcycles have too few of them to tell."""
 
@@ -221,7 +222,8 @@ def class_log_odds(size: Floats, whole: Bools, truncated_probability: float) -> 
     """(C,) log-odds of a view of two sides (2,) [m] for each of `CLASSES`, against a piece of a building or a wall.
 
     A vehicle shows its length and its width, or a single face, which is one of both. Background has any length on a
-    logarithmic scale and the depth of a wall, or is a `PAIR`.
+    logarithmic scale and the depth of a wall, or is a `PAIR`. A view without an untruncated side is no evidence for a
+    lorry: the corner of a building that comes into view shows the same.
 
     Parameters
     ----------
@@ -236,8 +238,11 @@ def class_log_odds(size: Floats, whole: Bools, truncated_probability: float) -> 
     if longer[0] > CAR_LENGTH_MAX_M:
         background += PAIR.share * view_density(longer, shorter, PAIR)
     log_odds = np.empty(len(CLASSES))
+    piece = longer[1] == 1.0 and (shorter[1] == 1.0 or shorter[0] < FACE_MIN_M)
     for c, kind in enumerate(CLASSES):
         log_odds[c] = elementary.log(view_density(longer, shorter, kind) / background)
+        if kind.flat and piece:
+            log_odds[c] = min(log_odds[c], 0.0)
     return log_odds
 
 

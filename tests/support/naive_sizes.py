@@ -51,7 +51,9 @@ def class_log_odds(size, whole, truncated_probability):
     background = of_background(shorter) / (math.log(high / low) * max(longer, low))
     if longer > CAR_LENGTH_MAX_M:
         background += PAIR.share * density(PAIR)
-    return [math.log(density(kind) / background) for kind in CLASSES]
+    odds = [math.log(density(kind) / background) for kind in CLASSES]
+    untruncated = [truncated < 1.0 and extent >= least for (extent, truncated), least in zip(sides, (0.0, 0.6), strict=True)]
+    return [min(value, 0.0) if kind.flat and not any(untruncated) else value for value, kind in zip(odds, CLASSES, strict=True)]
 
 
 def with_truncation(size, whole, truncated_probability):

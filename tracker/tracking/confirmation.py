@@ -32,8 +32,9 @@ FLAT_LOG_ODDS = 2.0
 MOTION_LOG_ODDS = 20.0
 """Evidence of an object that left its first place, log-odds: background does not move."""
 
-MOVED_VIEWS_MIN = 3
-"""Minimum number of successive observations of an end away from its first place that are motion."""
+MOVED_VIEWS_MIN = 5
+"""Minimum number of successive observations away from the first place that are motion: a wall between two vehicles that
+pass it seems to move with them, and its truncated ends are found in most views, but not in all."""
 
 
 CERTAIN = 1.0 - 1e-9
@@ -149,11 +150,11 @@ def check_motion(
     faces = width > FACE_MIN_M, length > FACE_MIN_M
     clear = clear_of(place, tuple(tracks.birthplace[t].tolist()))
     sides = zip(untruncated.tolist(), faces, clear, strict=True)
-    left = any((whole or face) and away for whole, face, away in sides)
-    moves = end_moves(tracks, t, faces, end_visible, corner_sign)
+    moves = any((whole or face) and away for whole, face, away in sides)
+    moves |= end_moves(tracks, t, faces, end_visible, corner_sign)
     tracks.moved_views[t] = tracks.moved_views[t] + 1 if moves else 0
     tracks.moving_views[t] = tracks.moving_views[t] + 1 if moving else 0
-    left |= bool(tracks.moved_views[t] >= MOVED_VIEWS_MIN)
+    left = bool(tracks.moved_views[t] >= MOVED_VIEWS_MIN)
     left |= bool(tracks.moved_before_hidden[t] and tracks.moving_views[t] >= MOVED_VIEWS_MIN)
     tracks.left[t] |= left
 

@@ -103,12 +103,12 @@ def test_without_evidence_the_prior_holds(prior, expected):
 
 
 def test_the_evidence_of_one_view_is_limited(monkeypatch):
-    """A car in full view, surely not truncated, has log-odds above 3 for cars, below -2 for lorries, and -1.448 for
-    motorcycles: together ln(0.7 e^3 + 0.25 e^-2 + 0.05 e^-1.448) = 2.6466. A house of 9 by 6 m is below -2 for each."""
+    """A car in full view, surely not truncated, has log-odds above 3 for cars and below -2 for other classes: together
+    ln(0.6 e^3 + 0.4 e^-2) = 2.4937. A house of 9 by 6 m is below -2 for each."""
     monkeypatch.setattr(confirmation_module, "TRUNCATED_PROBABILITY", 0.0)
     assert VEHICLE_LOG_ODDS_MAX == 3.0
     assert VIEW_LOG_ODDS_MAX == 2.0
-    assert log_odds(view((4.0, 1.7)), 1) == pytest.approx(2.6466, abs=1e-4)
+    assert log_odds(view((4.0, 1.5)), 1) == pytest.approx(2.4937, abs=1e-4)
     assert log_odds(view((9.0, 6.0)), 1) == pytest.approx(-2.0)
 
 
@@ -141,7 +141,7 @@ def test_the_share_of_a_class_counts_once():
     """The flat rear of a lorry, 2.5 m wide, in plain view: of vehicles only lorries are so wide, 0.3 of which may be
     truncated. Each view says that it is twice as likely a lorry as a wall, so that many views outweigh the share."""
     rear = view((FLAT, 2.5))
-    (_, lorry, _) = view_log_odds(rear.size, rear.whole, rear.flat)
+    (_, _, lorry, _) = view_log_odds(rear.size, rear.whole, rear.flat)
     assert lorry > 0.0
     assert log_odds(rear, 1) < 0.0 < log_odds(rear, 50)
 
@@ -173,11 +173,22 @@ FAR = LEFT_MARGIN_M + 0.1
 
 
 @pytest.mark.parametrize("sign", [-1, 1], ids=["rear", "front"])
-def test_three_successive_views_of_an_end_away_from_its_first_place_are_motion(sign):
+def test_five_successive_views_of_an_end_away_from_its_first_place_are_motion(sign):
     end = REAR._replace(sign=np.array([sign, sign]))
-    assert not moved(end, [(0, 0), (FAR, 0), (FAR, 0)], (4.0, 1.7))
-    assert moved(end, [(0, 0), (FAR, 0), (FAR, 0), (FAR, 0)], (4.0, 1.7))
-    assert not moved(end, [(0, 0), *[(FAR, 0), (FAR, 0), (0, 0)] * 5], (4.0, 1.7))
+    assert not moved(end, [(0, 0), *[(FAR, 0)] * 4], (4.0, 1.7))
+    assert moved(end, [(0, 0), *[(FAR, 0)] * 5], (4.0, 1.7))
+    assert not moved(end, [(0, 0), *[*[(FAR, 0)] * 4, (0, 0)] * 5], (4.0, 1.7))
+
+
+@pytest.mark.parametrize(("views", "counts"), [(4, False), (5, True)])
+def test_a_place_clear_of_the_first_one_is_motion_after_five_successive_views(views, counts):
+    """A wall between two vehicles that pass it moves along with them, and seems whole in some views."""
+    whole, cut = (view((4.0, 0.1), whole=(ends, True), exact=(False, False)) for ends in (True, False))
+    judged = Judge((4.0, 0.1), vehicle_prior=0.5)
+    judged.check_motion(whole, np.zeros(2), moving=False)
+    for seen in [*[whole] * 4, cut, *[whole] * views]:
+        judged.check_motion(seen, np.array([9.0, 0.0]), moving=False)
+    assert (judged.log_odds == MOTION_LOG_ODDS) is counts
 
 
 def test_an_end_within_the_margin_has_not_moved():
@@ -211,7 +222,7 @@ def test_another_end_has_its_own_first_place():
 def reappeared(same, corners, moving=False):
     """Return the judge of a vehicle that moved, was hidden, and reappears at each of some corners (K, 2) [m]."""
     judged, size = confirmation(), (4.6, 1.8)
-    for corner in [(0.0, 0.0), *[(2.0 * FAR, 0.0)] * 4]:
+    for corner in [(0.0, 0.0), *[(2.0 * FAR, 0.0)] * MOVED_VIEWS_MIN]:
         judged.count(view(size))
         judged.check_motion(REAR, np.array(corner), moving=True)
     assert judged.log_odds > MOTION_LOG_ODDS
@@ -263,7 +274,7 @@ def test_a_speed_in_successive_views_counts_again_after_a_vehicle_was_hidden(vie
 def test_a_single_face_is_confirmed_by_its_bow_or_by_motion(size, speed, status):
     first = (20.0, 6.0, 0.0)
     track = start(first, size=np.array(size))
-    follow(track, straight(first, speed, 25), size=np.array(size))
+    follow(track, straight(first, speed, 30), size=np.array(size))
     assert track.status is status
 
 

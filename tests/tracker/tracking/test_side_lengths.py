@@ -31,28 +31,29 @@ def vehicle(size, whole=WHOLE, truncated=0.3):
 
 
 def test_a_whole_side_of_4_2_m_is_a_length():
-    """Cars have 1 / (5.3 - 3.4) = 0.526316 per metre of length there, and no class has such a width: 0.7 x 0.527316 +
-    0.3 x 0.001 = 0.369421 against 0.001."""
-    assert length((4.2, 0.1)) == pytest.approx(math.log(369.421), abs=1e-4)
+    """Cars have 1 / (5.3 - 3.4) = 0.526316 per metre of length there, and no class has such a width: 0.6 x 0.527316 +
+    0.4 x 0.001 = 0.316790 against 0.001."""
+    assert length((4.2, 0.1)) == pytest.approx(math.log(316.790), abs=1e-4)
 
 
 def test_a_side_of_4_2_m_may_be_the_piece_of_a_longer_one():
-    """Truncated with 0.3: cars 0.7 / 1.9 + 0.3 ln(5.3 / 4.2) / 1.9 = 0.405151, lorries 0.3 ln(18.9 / 5.1) / 13.8 =
-    0.028477; 0.7 x 0.406151 + 0.25 x 0.029477 + 0.05 x 0.001 = 0.291725 against 0.001."""
-    assert length((4.2, 0.1), truncated=0.3) == pytest.approx(math.log(291.725), abs=1e-4)
+    """Truncated with 0.3: cars 0.7 / 1.9 + 0.3 ln(5.3 / 4.2) / 1.9 = 0.405151, vans 0.3 ln(6.3 / 5.1) / 1.2 = 0.052827,
+    lorries 0.3 ln(18.9 / 5.1) / 13.8 = 0.028477; 0.6 x 0.406151 + 0.1 x 0.053827 + 0.25 x 0.029477 + 0.05 x 0.001 =
+    0.256493 against 0.001."""
+    assert length((4.2, 0.1), truncated=0.3) == pytest.approx(math.log(256.493), abs=1e-4)
 
 
 def test_a_whole_side_of_1_7_m_is_a_width():
-    """Widths of cars have 1 / 0.65 there, so that 0.7 x 1.539462 + 0.3 x 0.001 = 1.077923. As a length it is a
-    motorcycle's, of which 0.3 m of the 0.4 m that rounding may hide are in its range: 0.05 x (0.75 / 0.8 + 0.001) +
-    0.95 x 0.001 = 0.047875."""
-    assert length((1.7, 0.1)) == pytest.approx(-math.log(1.077923 / 0.047875), abs=1e-4)
+    """Widths of cars have 1 / 0.65 there; of the 0.4 m that rounding may hide, 0.25 m are in the range of vans: 0.625 /
+    0.4. 0.6 x 1.539462 + 0.1 x 1.5635 + 0.3 x 0.001 = 1.080327. As a length it is a motorcycle's, with 0.3 m in its
+    range: 0.05 x (0.75 / 0.8 + 0.001) + 0.95 x 0.001 = 0.047875."""
+    assert length((1.7, 0.1)) == pytest.approx(-math.log(1.080327 / 0.047875), abs=1e-4)
 
 
 def test_a_truncated_piece_of_2_m_may_be_either():
-    """Lengths: 0.7 x 0.234652 + 0.25 x 0.095921 + 0.05 x 0.328955 = 0.204684.
-    Widths: 0.7 x 0.112262 + 0.25 x 0.415868 + 0.05 x 0.001 = 0.182600."""
-    assert length((2.0, 0.1), CUT) == pytest.approx(math.log(0.204684 / 0.182600), abs=1e-4)
+    """Lengths: 0.6 x 0.234652 + 0.1 x 0.177091 + 0.25 x 0.095921 + 0.05 x 0.328955 = 0.198928.
+    Widths: 0.6 x 0.112262 + 0.1 x 0.295458 + 0.25 x 0.415868 + 0.05 x 0.001 = 0.200920."""
+    assert length((2.0, 0.1), CUT) == pytest.approx(math.log(0.198928 / 0.200920), abs=1e-4)
 
 
 def test_a_side_that_may_face_away_contains_no_information():
@@ -81,12 +82,13 @@ def test_evidence_of_a_flat_side_for_each_class():
     """4.2 m, 2 cm deep, with exp(-4 / 3) / 0.015 = 17.573142 for points on a line.
 
     Cars: 0.1 x 17.573142 + 0.9 x 0.02 / 0.22^2 exp(-1 / 11) = 2.096897; 0.527316 x (0.14 x 2.096897 + 0.69 x 0.001) +
-    0.001 x (0.17 x 2.096897 + 0.69 x 0.001) = 0.155522 per square metre. Lorries: 0.5 x 17.573142 + 0.5 exp(-2 / 15) /
+    0.001 x (0.17 x 2.096897 + 0.69 x 0.001) = 0.155522 per square metre. Vans, whose length and width it is not: 0.001 x
+    (0.31 x 2.096897 + 2 x 0.69 x 0.001) = 0.000651. Lorries: 0.5 x 17.573142 + 0.5 exp(-2 / 15) /
     0.15 = 11.703816; 0.001 x (0.5 x 11.703816 + 2 x 0.5 x 0.001) = 0.005853. Motorcycles: 0.001 x (0.4 x 2.096897 + 2 x
     0.6 x 0.001) = 0.000840. Background: 1 / (4.2 ln 40) times 0.55 x 17.573142 + 0.35 exp(-2 / 15) / 0.15 + 0.1 / 2.8 =
     11.743014: 0.757942."""
     found = class_log_odds(np.array([4.2, 0.02]), np.array([True, True]), 0.0)
-    assert found == pytest.approx(np.log(np.array([0.155522, 0.005853, 0.000840]) / 0.757942), abs=1e-3)
+    assert found == pytest.approx(np.log(np.array([0.155522, 0.000651, 0.005853, 0.000840]) / 0.757942), abs=1e-3)
 
 
 @pytest.mark.parametrize("density", [vehicle_classes.of_car, vehicle_classes.of_lorry], ids=["car", "lorry"])
