@@ -8,9 +8,11 @@ from luxloop.tracker.vehicle_classes import (
     BACKGROUND_LENGTH_M,
     CAR_LENGTH_MAX_M,
     CLASSES,
+    FACE_MIN_M,
     GRID_M,
     OUTLIER_DENSITY,
     PAIR,
+    PIECE_LOG_ODDS_MAX,
     ROUNDING_M,
     of_background,
     of_car,
@@ -52,8 +54,10 @@ def class_log_odds(size, whole, truncated_probability):
     if longer > CAR_LENGTH_MAX_M:
         background += PAIR.share * density(PAIR)
     odds = [math.log(density(kind) / background) for kind in CLASSES]
-    untruncated = [truncated < 1.0 and extent >= least for (extent, truncated), least in zip(sides, (0.0, 0.6), strict=True)]
-    return [min(value, 0.0) if kind.flat and not any(untruncated) else value for value, kind in zip(odds, CLASSES, strict=True)]
+    shown = sides if shorter >= FACE_MIN_M else sides[:1]
+    piece = all(truncated == 1.0 for _, truncated in shown)
+    limits = [PIECE_LOG_ODDS_MAX if kind.flat and piece else math.inf for kind in CLASSES]
+    return [min(pair) for pair in zip(odds, limits, strict=True)]
 
 
 def with_truncation(size, whole, truncated_probability):

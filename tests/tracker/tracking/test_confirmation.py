@@ -89,7 +89,7 @@ def log_odds(seen, views, **values):
 
 @pytest.mark.parametrize(("views", "equal_to"), [(0, 0.0), (1, 1.0), (2, 2 / 1.2), (6, 3.0), (1000, 1000 / 200.8)])
 def test_correlated_views_have_the_evidence_of_a_few(views, equal_to):
-    """With a correlation of 0.2, n views have that of n / (0.8 + 0.2 n), at most 5. The share of a class counts once."""
+    """With a correlation of 0.2, n views have that of n / (0.8 + 0.2 n), at most 5. A class's share counts once."""
     seen = view((2.2, 1.0))
     one = view_log_odds(seen.size, seen.whole, seen.flat)
     assert 0.5 < one[0] < 2.0
@@ -104,12 +104,12 @@ def test_without_evidence_the_prior_holds(prior, expected):
 
 def test_the_evidence_of_one_view_is_limited(monkeypatch):
     """A car in full view, surely not truncated, has log-odds above 3 for cars and below -2 for other classes: together
-    ln(0.6 e^3 + 0.4 e^-2) = 2.4937. A house of 9 by 6 m is below -2 for each."""
+    ln(0.6 e^3 + 0.4 e^-2) = 2.4937. A house of 9 by 7 m is below -2 for each."""
     monkeypatch.setattr(confirmation_module, "TRUNCATED_PROBABILITY", 0.0)
     assert VEHICLE_LOG_ODDS_MAX == 3.0
     assert VIEW_LOG_ODDS_MAX == 2.0
     assert log_odds(view((4.0, 1.5)), 1) == pytest.approx(2.4937, abs=1e-4)
-    assert log_odds(view((9.0, 6.0)), 1) == pytest.approx(-2.0)
+    assert log_odds(view((9.0, 7.0)), 1) == pytest.approx(-2.0)
 
 
 def test_a_missing_side_is_evidence_against_a_vehicle():

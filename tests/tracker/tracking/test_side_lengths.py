@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from luxloop.tracker import vehicle_classes
-from luxloop.tracker.vehicle_classes import CLASSES, class_log_odds, length_log_odds
+from luxloop.tracker.vehicle_classes import CLASSES, PIECE_LOG_ODDS_MAX, class_log_odds, length_log_odds
 
 VISIBLE_MIN_M = 0.6
 WHOLE, CUT = (True, True), (False, False)
@@ -82,13 +82,30 @@ def test_evidence_of_a_flat_side_for_each_class():
     """4.2 m, 2 cm deep, with exp(-4 / 3) / 0.015 = 17.573142 for points on a line.
 
     Cars: 0.1 x 17.573142 + 0.9 x 0.02 / 0.22^2 exp(-1 / 11) = 2.096897; 0.527316 x (0.14 x 2.096897 + 0.69 x 0.001) +
-    0.001 x (0.17 x 2.096897 + 0.69 x 0.001) = 0.155522 per square metre. Vans, whose length and width it is not: 0.001 x
+    0.001 x (0.17 x 2.096897 + 0.69 x 0.001) = 0.155522 per square metre. Vans are longer: 0.001 x
     (0.31 x 2.096897 + 2 x 0.69 x 0.001) = 0.000651. Lorries: 0.5 x 17.573142 + 0.5 exp(-2 / 15) /
     0.15 = 11.703816; 0.001 x (0.5 x 11.703816 + 2 x 0.5 x 0.001) = 0.005853. Motorcycles: 0.001 x (0.4 x 2.096897 + 2 x
     0.6 x 0.001) = 0.000840. Background: 1 / (4.2 ln 40) times 0.55 x 17.573142 + 0.35 exp(-2 / 15) / 0.15 + 0.1 / 2.8 =
     11.743014: 0.757942."""
     found = class_log_odds(np.array([4.2, 0.02]), np.array([True, True]), 0.0)
     assert found == pytest.approx(np.log(np.array([0.155522, 0.000651, 0.005853, 0.000840]) / 0.757942), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("size", "whole", "limited"),
+    [
+        ((12.0, 2.4), (False, False), True),  # the corner of a building, too
+        ((12.0, 2.4), (False, True), False),
+        ((9.0, 2.4), (True, False), False),
+        ((0.02, 2.4), (False, False), True),  # a piece of a wall, too
+        ((0.02, 2.4), (True, False), True),  # the side that faces away is not seen whole
+        ((0.02, 2.4), (False, True), False),
+    ],
+)
+def test_a_lorry_without_an_untruncated_side_has_little_evidence(size, whole, limited):
+    lorry = 2
+    odds = class_log_odds(np.array(size), np.array(whole), 0.0)[lorry]
+    assert bool(odds <= PIECE_LOG_ODDS_MAX) is limited
 
 
 @pytest.mark.parametrize("density", [vehicle_classes.of_car, vehicle_classes.of_lorry], ids=["car", "lorry"])
