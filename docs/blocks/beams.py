@@ -14,7 +14,7 @@ from luxloop.sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_uni
 PICTURE = Path(__file__).parents[1] / "pictures" / "sensor_beams.png"
 LUX = load_unit("lux", SHIPPED)
 FORWARD = Rig(0.0, (Mount("only", LUX, 0.0, 0.0, 0.55, yaw_deg=0.0, pitch_deg=0.0, roll_deg=0.0),))
-"""One unit on the x axis of the ego frame."""
+"""Rig of one unit that looks along the x axis of the ego."""
 PAIRS = ((0, "tab:blue", "lower pair (layers 0, 1)"), (2, "tab:orange", "upper pair (layers 2, 3)"))
 """Lowest layer, colour and name."""
 REACH_M = 30.0
