@@ -14,15 +14,14 @@ FORMAT = ("%.2f", "%.2f", "%.2f", "%.2f", "%.3f", "%.3f", "%.4f")
 """Points are rounded to 1 cm, the resolution of the units' ranges."""
 
 
-def main() -> None:
+def write(path: Path) -> None:
     """Run the scenario and write a row for each point."""
     rows = []
     for scan in (step.scan for step in steps(EXAMPLES / "points.toml")):
-        per_scan = np.tile([scan.time, *scan.ego_pose_odom], (len(scan), 1))
-        rows.append(np.column_stack([per_scan[:, 0], scan.points_ego, per_scan[:, 1:]]))
-    table = np.concatenate(rows)
-    np.savetxt(EXAMPLES / "points.csv", table, FORMAT, ",", header=",".join(COLUMNS), comments="")
+        pose = np.tile(scan.ego_pose_odom, (len(scan), 1))
+        rows.append(np.column_stack([np.full(len(scan), scan.time), scan.points_ego, pose]))
+    np.savetxt(path, np.concatenate(rows), FORMAT, ",", header=",".join(COLUMNS), comments="")
 
 
 if __name__ == "__main__":
-    main()
+    write(EXAMPLES / "points.csv")

@@ -111,7 +111,7 @@ def test_a_run_of_the_baseline_is_used_again_but_not_without_the_recording_that_
 
 
 def test_every_block_of_the_pages_is_consistent():
-    """Its name is known, its claims hold, and nobody changed it by hand. `make check` holds it against the baseline."""
+    """Its name is known, its claims hold, and it is as it was made. `make check` holds it against the baseline."""
     found = [part for path in pages(ROOT) for part in parts(path)]
     assert {part.name for part in found} == BLOCKS.keys()
     assert [fault for fault in figures.faults(found, {}) if "shows runs" not in fault] == []

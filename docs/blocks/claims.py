@@ -27,23 +27,18 @@ def broken(claims: tuple[str, ...], text: str) -> Iterator[str]:
 
 def value(term: str, text: str) -> float:
     """Return the product of numbers and of the first numbers of cells."""
-    return math.prod(factor(part, text) for part in term.split(" * "))
-
-
-def factor(part: str, text: str) -> float:
-    """Return a number, or the first number of the cell in a row and column."""
-    found = CELL.fullmatch(part)
-    return number(cell(text, found[1], found[2])) if found else float(part)
+    factors = []
+    for part in term.split(" * "):
+        found = CELL.fullmatch(part)
+        shown = NUMBER.search(cell(text, found[1], found[2]) if found else part)
+        if not shown:
+            raise ValueError(f"{part}: no number")
+        factors.append(float(shown[0]))
+    return math.prod(factors)
 
 
 def cell(text: str, row: str, column: str) -> str:
-    """Return the cell of the first table that has the row and the column.
-
-    Raises
-    ------
-    KeyError
-        No table has them.
-    """
+    """Return the cell of the first table that has the row and the column, or raise a KeyError."""
     head: list[str] = []
     for line in text.splitlines():
         cells = [part.strip().strip("*`") for part in line.strip().strip("|").split("|")]
@@ -54,11 +49,3 @@ def cell(text: str, row: str, column: str) -> str:
         elif cells[0] == row and column in head:
             return cells[head.index(column)]
     raise KeyError(f"[{row}][{column}]: no such cell")
-
-
-def number(text: str) -> float:
-    """Return the first number of a cell."""
-    found = NUMBER.search(text)
-    if not found:
-        raise ValueError(f"{text}: no number")
-    return float(found[0])

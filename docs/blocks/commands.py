@@ -23,13 +23,7 @@ class Missing(Exception):
 
 @cache
 def output(command: str) -> str:
-    """Run a command once, and return what it prints. Failed expectations and an exit code of 1 are results.
-
-    Raises
-    ------
-    Missing
-        The command cannot be executed here.
-    """
+    """Run a command once, and return what it prints. Failed expectations and an exit code of 1 are results."""
     program, *rest = shlex.split(command)
     place = Path(sys.executable) if program == "python" else Path(sys.executable).with_name(program)
     words = [str(place) if place.exists() else program, *rest]
@@ -44,12 +38,7 @@ def output(command: str) -> str:
 def run(name: str, *, recording: bool = False) -> Path:
     """Return the folder of a shipped scenario's run with the trace hash of the baseline, and with a recording if asked.
 
-    The scenario runs if there is no such folder.
-
-    Raises
-    ------
-    Missing
-        The run differs from the baseline, or has no recording.
+    The scenario runs if there is no such folder. A run that differs from the baseline is `Missing`.
     """
     folder = RUNS / f"{name}-seed1"
     recorded = folder / "recording.rrd"
@@ -64,16 +53,8 @@ def run(name: str, *, recording: bool = False) -> Path:
 
 def of_baseline(name: str) -> bool:
     """Return whether the run of a shipped scenario is there and has the trace hash of the baseline."""
-    return _hash(RUNS / f"{name}-seed1") == trace_hashes()[name]
-
-
-def catalog() -> Path:
-    """Return the folder of `make catalog`, whose runs have the trace hashes of the baseline."""
-    folder = RUNS / "catalog"
-    found = {_hash(path.parent) for path in folder.glob("**/result.json")}
-    if not set(trace_hashes().values()) <= found:
-        raise Missing(f"{folder} has not all runs of the baseline; `make catalog` first, and `make baseline`")
-    return folder
+    path = RUNS / f"{name}-seed1" / "result.json"
+    return path.is_file() and json.loads(path.read_text(encoding="utf-8"))["trace_hash"] == trace_hashes()[name]
 
 
 def real(name: str) -> Path:
@@ -83,8 +64,3 @@ def real(name: str) -> Path:
         raise Missing(f"{REAL} does not name a folder with {name}")
     sys.path += map(str, (Path(sys.prefix) / "separate").glob(f"{name}-*"))  # its reader, installed there by the tests
     return folder
-
-
-def _hash(folder: Path) -> str:
-    path = folder / "result.json"
-    return str(json.loads(path.read_text(encoding="utf-8"))["trace_hash"]) if path.is_file() else ""

@@ -10,8 +10,8 @@ in the same way, and estimated with the functions of the page of a run.
 """
 
 from blocks.markdown import markdown
-from intervals.seed_coverage import populations, seed_coverage, survival_coverage
-from intervals.vehicle_coverage import Rows, difference_coverage, vehicle_coverage
+from intervals.seed_coverage import populations, seed_coverage
+from intervals.vehicle_coverage import vehicle_coverage
 
 DRAWS = 2000
 """Drawn studies or runs for each cell of the page."""
@@ -21,21 +21,14 @@ SEEDS, VEHICLES = (5, 8, 12), (5, 8, 12, 30)
 def table(name: str, draws: int = DRAWS) -> str:
     """Return the table `seeds`, `vehicles` or `differences`: the truth, coverage and median width by sample size."""
     if name == "seeds":
-        sizes, rows = [f"{number} seeds" for number in SEEDS], _seed_rows(draws)
+        sizes = [f"{number} seeds" for number in SEEDS]
+        rows = [(f"{p.name}, {p.kind}", [seed_coverage(p, seeds, draws) for seeds in SEEDS]) for p in populations()]
     else:
-        cover = vehicle_coverage if name == "vehicles" else difference_coverage
-        sizes, rows = [f"{number} vehicles" for number in VEHICLES], cover(VEHICLES, draws)
+        sizes = [f"{number} vehicles" for number in VEHICLES]
+        rows = list(vehicle_coverage(name, VEHICLES, draws))
     head = ("figure", "truth", *(f"{size}: covered, width" for size in sizes))
     cells = (
         (figure, f"{found[0].truth:.3g}", *(f"{100 * one.share:.1f} %, {one.width:.2g}" for one in found))
         for figure, found in rows
     )
     return markdown(head, cells)
-
-
-def _seed_rows(draws: int) -> Rows:
-    for one in populations():
-        yield f"{one.name}, {one.kind}", [seed_coverage(one, seeds, draws) for seeds in SEEDS]
-    for runs, at_s in ((1, 0.2), (1, 0.7), (2, 0.7), (2, 1.6)):
-        name = f"survival curve at {at_s} s, {runs} run{'s' * (runs > 1)} of a seed (simulated)"
-        yield name, [survival_coverage(seeds, runs, at_s, draws) for seeds in SEEDS]

@@ -1,10 +1,11 @@
 """Table of the fits to labelled vehicles, real and simulated, from `luxloop fits`."""
 
-import json
 from typing import Any
 
 from blocks import commands, realism
 from blocks.markdown import markdown
+
+from luxloop.scenarios.realism import fit_observations, fit_report
 
 SOURCES = {"street bumper": "real, bumper", "street roof": "real, roof", "simulated": "simulated"}
 """Heads of the columns, by the names of `luxloop fits`."""
@@ -18,8 +19,8 @@ Json = dict[str, Any]
 
 def table(_name: str) -> str:
     """Return errors by method and view, and the coverage of the stated deviation."""
-    sets = " ".join(str(realism.simulated(name)) for name in DRIVES)
-    return table_of(json.loads(commands.output(f"luxloop fits {commands.real('street')} {sets} --json"))["sources"])
+    folders = [commands.real("street"), *map(realism.simulated, DRIVES)]
+    return table_of(fit_report.document(fit_observations.of_folders(folders)).data["sources"])
 
 
 def table_of(sources: Json) -> str:

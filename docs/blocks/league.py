@@ -39,10 +39,9 @@ def picture(_name: str) -> None:
 
 def cells(each: dict[str, Any]) -> tuple[object, ...]:
     """Return the row of a tracker."""
-    low, high = map(number, each["hota_interval"])
-    counts = each["counts"]
+    interval, counts = " to ".join(map(number, each["hota_interval"])), each["counts"]
     return (
-        each["tracker"], number(each["hota"]), f"{low} to {high}", counts["id_switches"], number(each["gospa_m"]),
+        each["tracker"], number(each["hota"]), interval, counts["id_switches"], number(each["gospa_m"]),
         counts["false"], counts["missed"], f"{each['step_ratio']:.1f}", f"{each['runs']}, {each['failed']}",
     )  # fmt: skip
 

@@ -6,7 +6,6 @@ from typing import Any
 from blocks import commands
 from blocks.markdown import markdown
 
-COST = "track.hota"
 SHOWN = {
     "track.hota": "HOTA", "track.idf1": "IDF1", "fit.heading_abs_mean_deg": "heading of fits [deg]",
     "track.time_to_confirm_s": "confirmed after [s]", "track.missed": "missed", "track.false": "false",
@@ -18,16 +17,11 @@ SHOWN = {
 def blame(_name: str) -> str:
     """Return a row per stage: its cost in HOTA, and the metrics with the truth in its place."""
     found = json.loads(commands.output("luxloop blame sumo-crossing --json"))
-    costs = found["costs"][COST]
     rows = [("none", "", "", *figures(found["shipped"]))]
-    rows += [(stage, *cost(costs[stage]), *figures(found["by_truth"][stage])) for stage in costs]
+    for stage, cost in found["costs"]["track.hota"].items():
+        interval = " to ".join(f"{end:.3f}" for end in cost["interval"] or ())
+        rows.append((stage, f"{cost['value']:.3f}", interval, *figures(found["by_truth"][stage])))
     return markdown(("truth for", "cost in HOTA", "95 %", *SHOWN.values()), rows)
-
-
-def cost(entry: dict[str, Any]) -> tuple[str, str]:
-    """Return a cost and its interval."""
-    ends = entry["interval"]
-    return f"{entry['value']:.3f}", f"{ends[0]:.3f} to {ends[1]:.3f}" if ends else ""
 
 
 def figures(metrics: dict[str, Any]) -> list[str]:

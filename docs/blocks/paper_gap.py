@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -42,17 +42,12 @@ TOUCHED_M = 0.3
 PAPER = "the paper's steps"
 
 
-def papers_steps(
-    variant: Literal["paper", "faces"] = "paper", tau_m: float = 0.08, points_max: int = 40
-) -> DetectorConfig:
+def papers_steps(**linkage: Any) -> DetectorConfig:
     """Return the paper's detection, with other settings of T-linkage for comparison."""
     shipped = DetectorConfig()
-    return replace(
-        shipped,
-        linkage=replace(shipped.linkage, variant=variant, tau_m=tau_m, points_max=points_max),
-        rectangles=replace(shipped.rectangles, halvings=0),
-        selection=replace(shipped.selection, variant="paper"),
-    )
+    paper: dict[str, Any] = {"variant": "paper", "tau_m": 0.08, "points_max": 40, **linkage}
+    selection, rectangles = replace(shipped.selection, variant="paper"), replace(shipped.rectangles, halvings=0)
+    return replace(shipped, linkage=replace(shipped.linkage, **paper), rectangles=rectangles, selection=selection)
 
 
 CHANGES: dict[str, DetectorConfig] = {
@@ -60,7 +55,7 @@ CHANGES: dict[str, DetectorConfig] = {
     "all points, no subset of 40": papers_steps(points_max=1000),
     "inliers within 4 cm": papers_steps(tau_m=0.04),
     "inliers within 15 cm": papers_steps(tau_m=0.15),
-    "outliers by two perpendicular faces": papers_steps("faces"),
+    "outliers by two perpendicular faces": papers_steps(variant="faces"),
     "default tracker": DetectorConfig(),
 }
 """Settings by their names in the table."""
@@ -99,15 +94,11 @@ def _bowed(make: Callable[[Draw], CarProportions], name: str) -> Callable[[Draw]
 
 def observations(vehicles: Sequence[LabelledVehicle]) -> pd.DataFrame:
     """Return a row per vehicle: absolute heading errors of `best` by settings [deg], view and range."""
-    errors = {name: np.abs(labelled_fits.fit(vehicles, config).error_deg["best"]) for name, config in CHANGES.items()}
-    return pd.DataFrame(
-        {
-            **errors,
-            "view": [view(one) for one in vehicles],
-            "range_m": [one.range_m for one in vehicles],
-            "on the end": dominant_on_end(vehicles),
-        }
-    )
+    table = pd.DataFrame({"view": map(view, vehicles), "range_m": [one.range_m for one in vehicles]})
+    table["on the end"] = dominant_on_end(vehicles)
+    for name, config in CHANGES.items():
+        table[name] = np.abs(labelled_fits.fit(vehicles, config).error_deg["best"])
+    return table
 
 
 def cells(table: pd.DataFrame) -> dict[str, object]:

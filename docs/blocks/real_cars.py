@@ -5,7 +5,6 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-import pandas as pd
 from blocks import commands, realism
 from matplotlib.figure import Figure
 from twin import tables
@@ -13,8 +12,7 @@ from twin.pairs import Pair, pairs
 
 from luxloop.scenarios.document.figure import STYLE
 from luxloop.scenarios.document.palette import PAGE
-from luxloop.scenarios.realism import realism_comparison, realism_figures, realism_table, vehicle_figures
-from luxloop.scenarios.realism.real_table import BANDS
+from luxloop.scenarios.realism import realism_figures
 
 PICTURE = Path(__file__).parents[1] / "pictures" / "realism_real_cars.png"
 TWINS = 3
@@ -44,9 +42,7 @@ def table(_name: str) -> str:
     each = list(enumerate(found()))
     real = tables.enough([pair.real.four_layers().vehicle(number) for number, pair in each])
     twins = tables.enough([one.four_layers().vehicle(number) for number, pair in each for one in pair.twins[:TWINS]])
-    measured = pd.concat([vehicle_figures.keys(real), vehicle_figures.measure(real)], axis=1)
-    comparison = realism_comparison.compare(measured, pd.DataFrame(columns=pd.Index(BANDS)), twins)
-    return realism.table(realism_table.document(comparison).data["figures"])
+    return realism.table(realism.against(real, twins).rows)
 
 
 def picture(_name: str) -> None:

@@ -1,26 +1,27 @@
 """Tables and pictures of the comparison of simulated vehicles with those of a labelled street."""
 
-import json
 import shutil
+import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 from blocks import commands, stamps
 from blocks.markdown import markdown
 
-from luxloop.scenarios.realism import fit_observations, vehicle_figures
+from luxloop.scenarios.realism import fit_observations, labelled_vehicle, realism_figures
 from luxloop.scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle
-from luxloop.scenarios.realism.realism_comparison import FIGURES, Figure, bow_figure
+from luxloop.scenarios.realism.real_table import BANDS
+from luxloop.scenarios.realism.realism_comparison import ComparedRow, Comparison, Figure, Summary, compare
+from luxloop.scenarios.realism.vehicle_figures import keys, measure
 
 PICTURES = Path(__file__).parents[1] / "pictures"
 EXAMPLES = Path(__file__).parents[1] / "examples" / "bumper"
 SHOWN = ("distributions", "vehicles")
 """Pictures of the page."""
-BY_NAME = {figure.name: figure for figure in FIGURES}
-
-Json = dict[str, Any]
+LABEL_SIGMA_DEG = 1.5
+"""Error of the labels' headings, added to the simulated ones, as by `luxloop realism`."""
 
 
 def street() -> list[LabelledVehicle]:
@@ -38,53 +39,47 @@ def simulated(scenario: str) -> Path:
     return out
 
 
+def against(real: Sequence[LabelledVehicle], vehicles: Sequence[LabelledVehicle]) -> Comparison:
+    """Return the comparison of simulated vehicles with real ones, as by `luxloop realism`."""
+    measured = pd.concat([keys(real), measure(real)], axis=1)
+    return compare(measured, pd.DataFrame(columns=pd.Index(BANDS)), vehicles)
+
+
 @cache
-def compared() -> Path:
-    """Return the folder of `luxloop realism`, with the street as the table of real vehicles."""
-    real, out = commands.RUNS / "realism-street.csv", commands.RUNS / "realism-street"
-    vehicles = street()
-    pd.concat([vehicle_figures.keys(vehicles), vehicle_figures.measure(vehicles)], axis=1).to_csv(real, index=False)
-    sets = " ".join(str(simulated(f"{EXAMPLES}/bumper-{kind}.toml")) for kind in ("car", "suv"))
-    commands.output(f"luxloop realism {sets} --real {real} --out {out}")
-    return out
+def compared() -> Comparison:
+    """Return the comparison with the street."""
+    folders = [simulated(f"{EXAMPLES}/bumper-{kind}.toml") for kind in ("car", "suv")]
+    found = (labelled_vehicle.read(folder, number, LABEL_SIGMA_DEG, 0) for number, folder in enumerate(folders))
+    return against(street(), [vehicle for vehicles in found for vehicle in vehicles])
 
 
 def block(_name: str) -> str:
     """Return the table of the figures."""
-    return table(json.loads((compared() / "realism.json").read_text(encoding="utf-8"))["figures"])
+    return table(compared().rows)
 
 
 def picture(name: str) -> None:
-    """Copy a picture such as `realism_vehicles`."""
-    shutil.copyfile(compared() / f"{name.removeprefix('realism_')}.png", PICTURES / f"{name}.png")
+    """Write a picture such as `realism_vehicles`."""
+    with tempfile.TemporaryDirectory() as folder:
+        realism_figures.save(compared(), Path(folder))
+        shutil.copyfile(Path(folder) / f"{name.removeprefix('realism_')}.png", PICTURES / f"{name}.png")
 
 
-def table(figures: Json) -> str:
+def table(compared_rows: Sequence[ComparedRow]) -> str:
     """Return the Markdown table of figures, with the number that agree."""
     rows = []
-    for name, entry in figures.items():
-        figure = BY_NAME.get(name) or _band(name)
-        unit = "" if figure.unit == "1" else f" [{figure.unit}]"
-        rows.append((f"{figure.label}{unit}", _real(entry, figure), _simulated(entry, figure), entry["verdict"]))
+    for row in compared_rows:
+        unit = "" if row.figure.unit == "1" else f" [{row.figure.unit}]"
+        sides = (_shown(row.figure, row.real, quartiles=True), _shown(row.figure, row.simulated, quartiles=False))
+        rows.append((f"{row.figure.label}{unit}", *sides, row.verdict))
     verdicts = [verdict for *_, verdict in rows if verdict != "n/a"]
     rows.append(("**agree**", "", f"{verdicts.count('agrees')} of {len(verdicts)}", ""))
     return markdown(("figure", "real (quartiles)", "simulated [95 %]", "verdict"), rows)
 
 
-def _band(name: str) -> Figure:
-    """Return the figure of a height band, from its column such as bow_end_0.45_0.75_m."""
-    _, face, low, high, _ = name.split("_")
-    return bow_figure(name, f"bow {face} {low} to {high} m")
-
-
-def _real(entry: Json, figure: Figure) -> str:
-    low, high = (figure.scale * end for end in entry["real"]["quartiles"])
-    return f"{figure.scale * entry['real']['value']:.{figure.digits}f} ({low:.1f} to {high:.1f})"
-
-
-def _simulated(entry: Json, figure: Figure) -> str:
-    if entry["simulated"] is None:
+def _shown(figure: Figure, summary: Summary | None, *, quartiles: bool) -> str:
+    if summary is None:
         return "n/a"
-    value, interval = entry["simulated"]["value"], entry["simulated"]["interval"]
-    ends = f" [{', '.join(f'{figure.scale * end:.1f}' for end in interval)}]" if interval else ""
-    return f"{figure.scale * value:.{figure.digits}f}{ends}"
+    ends = [f"{figure.scale * end:.1f}" for end in (summary.quartiles if quartiles else summary.interval) or ()]
+    limits = f" ({' to '.join(ends)})" if quartiles else f" [{', '.join(ends)}]" if ends else ""
+    return f"{figure.scale * summary.value:.{figure.digits}f}{limits}"

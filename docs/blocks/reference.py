@@ -1,7 +1,6 @@
 """Parts that follow from the code alone: tables of keys and scenarios, and what examples print."""
 
 import json
-import re
 import subprocess
 import sys
 from functools import cache
@@ -12,7 +11,6 @@ from blocks.markdown import markdown
 
 from luxloop.scenarios.files import shipped as listing
 from luxloop.scenarios.files.scenario import Scenario
-from luxloop.scenarios.league.peers import PARAMETERS
 from luxloop.scenarios.study.study_file import Study
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -71,15 +69,6 @@ def nearest(_name: str) -> str:
     """Return the whole of the tracker that own-tracker.md shows."""
     text = (EXAMPLES / "ci" / "my_tracker.py").read_text(encoding="utf-8")
     return f"```python\n{text}```"
-
-
-def tuned(_name: str) -> str:
-    """Return the scores of the league's peers before and after the choice of their settings."""
-    text = PARAMETERS.read_text(encoding="utf-8")
-    rows = []
-    for name, best, default in re.findall(r"^\[(.+)\] # HOTA (.+), with the defaults (.+)$", text, re.MULTILINE):
-        rows.append((f"`{name}`", default, f"{best}, the defaults" if best == default else best))
-    return markdown(("peer", "HOTA with its defaults", "with the best of eight"), rows)
 
 
 def keys(name: str) -> str:

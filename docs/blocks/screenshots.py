@@ -6,10 +6,10 @@ lavapipe is sufficient (Debian: mesa-vulkan-drivers).
 
 import io
 import shutil
-import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
 from blocks import commands
 from PIL import Image
 from playwright.sync_api import ViewportSize, sync_playwright
@@ -22,12 +22,12 @@ PICTURES = Path(__file__).parents[1] / "pictures"
 SIZE = ViewportSize(width=1200, height=1280)
 SHOWN = ("header", "#timelines")
 """Selectors of the parts of the report that are scrolled to the top of a view."""
-SCALE = 0.6
-GAP = 16
-"""Gap between the views [pixels]."""
-WIDTH = 1600
-AT_S = 20.0
-"""Simulated time of the recording."""
+SMALL = (720, 768)
+"""Size of a view in the picture [pixels]."""
+GAP, GREY = 16, 216
+"""Width and colour of the gap between the views."""
+WIDTH, AT_S = 1600, 20.0
+"""Width of the picture of the recording [pixels], and its simulated time."""
 TOP_BAR = 36
 """Height of the viewer's menu, which is cropped [pixels of 1920 x 1080]."""
 LOADING_S = 120.0
@@ -38,23 +38,17 @@ SETTLE_S = 4.0
 
 def report(_name: str) -> None:
     """Write the picture of the report: its beginning, and the timelines beside it."""
-    page_text = html.page(run_page(commands.run("sumo-crossing")))
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        path = Path(folder) / "report.html"
-        path.write_text(page_text, encoding="utf-8")
+    views = []
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport=SIZE)
-        page.goto(path.as_uri())
-        views = []
+        page.set_content(html.page(run_page(commands.run("sumo-crossing"))))
         for part in SHOWN:
             page.locator(part).evaluate("element => element.scrollIntoView()")
-            views.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+            view = Image.open(io.BytesIO(page.screenshot())).convert("RGB").resize(SMALL, Image.Resampling.LANCZOS)
+            views.append(np.pad(view, ((0, 0), (0, GAP), (0, 0)), constant_values=GREY))
         browser.close()
-    width, height = (round(SCALE * side) for side in (SIZE["width"], SIZE["height"]))
-    whole = Image.new("RGB", (len(views) * (width + GAP) - GAP, height), "#d4d7d9")
-    for k, view in enumerate(views):
-        whole.paste(view.resize((width, height), Image.Resampling.LANCZOS), (k * (width + GAP), 0))
-    save(whole, "report")
+    save(Image.fromarray(np.hstack(views)[:, :-GAP]), "report")
 
 
 def recording(_name: str) -> None:

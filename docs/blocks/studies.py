@@ -15,8 +15,6 @@ FIGURES = {
     "emergence_truck": "parked-truck/02-meeting_m{stage=confirmed}",
 }
 """Study and figure, by the name in docs/pictures."""
-
-
 SURVIVAL, CONFIRMED = "track.occlusion_survival", "emergence.meeting_m{stage=confirmed}"
 EMERGENCE = {"parked-truck": "who", "side-street": "ego_mps", "turning-bus": "ego_mps", "cut-in": "occluder"}
 """Parameter by which the rows of each study are grouped."""

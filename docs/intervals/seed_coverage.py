@@ -2,16 +2,13 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from luxloop.scenarios.statistics.intervals import Interval
-from luxloop.scenarios.study import survival
 from luxloop.scenarios.study.curves import estimate
-
-Kind = Literal["median", "share", "seeds with any", "difference"]
 
 FOLDER = Path(__file__).parents[1] / "seed_figures"
 HEADING, POSITION = "fit.heading_abs_mean_deg", "fit.position_abs_mean_m"
@@ -20,13 +17,25 @@ COLUMNS = {
     "hidden": ("track.occlusion_survival", "track.id_switches", "track.missed", "track.false", "track.hota"),
 }
 """Columns of each sweep beside the seed."""
+KINDS = {
+    "32 m": {"track.missed": ("median",), "track.false": ("median", "seeds with any")},
+    "hidden car": {
+        "track.occlusion_survival": ("share",),
+        "track.id_switches": ("median", "seeds with any"),
+        "track.missed": ("median",),
+        "track.false": ("median", "seeds with any"),
+        "track.hota": ("median",),
+    },
+}
+"""Kinds of figures by setting and metric; the others are medians at both ranges and their differences."""
 
 
 class Population(NamedTuple):
     """Figures of all seeds at one setting."""
 
     name: str
-    kind: Kind
+    kind: str
+    """`median`, `share`, `seeds with any` or `difference`."""
     values: "pd.Series[float]"
     """By seed; NaN for a seed without a value."""
 
@@ -56,19 +65,9 @@ def populations() -> Iterator[Population]:
         yield Population(f"`{name}`, 32 m", "median", far[name])
     for name in (HEADING, POSITION, "track.hota", "track.missed", "track.false"):
         yield Population(f"`{name}`, 32 m minus 15 m", "difference", far[name] - near[name])
-    yield Population("`track.missed`, 32 m", "median", far["track.missed"])
-    yield Population("`track.false`, 32 m", "median", far["track.false"])
-    yield Population("`track.false`, 32 m", "seeds with any", far["track.false"])
-    kinds: dict[str, tuple[Kind, ...]] = {
-        "track.occlusion_survival": ("share",),
-        "track.id_switches": ("median", "seeds with any"),
-        "track.missed": ("median",),
-        "track.false": ("median", "seeds with any"),
-        "track.hota": ("median",),
-    }
-    for name, shown in kinds.items():
-        for kind in shown:
-            yield Population(f"`{name}`, hidden car", kind, hidden[name])
+    for (setting, metrics), figures in zip(KINDS.items(), (far, hidden), strict=True):
+        for name, kinds in metrics.items():
+            yield from (Population(f"`{name}`, {setting}", kind, figures[name]) for kind in kinds)
 
 
 def seed_coverage(population: Population, seeds: int, draws: int) -> Coverage:
@@ -81,24 +80,6 @@ def seed_coverage(population: Population, seeds: int, draws: int) -> Coverage:
         return of_intervals(float((values != 0.0).mean()), [(one.any_low, one.any_high) for one in found])
     truth = values.mean() if kind == "share" else np.median(values)
     return of_intervals(float(truth), [(one.low, one.high) for one in found])
-
-
-def survival_coverage(seeds: int, runs: int, at_s: float, draws: int) -> Coverage:
-    """Return the coverage of the band of a survival curve at one time.
-
-    Times are exponential with mean 1 s, censored between 0.5 and 3 s; half of the runs of a seed have the same one.
-    """
-    rng = np.random.default_rng(seeds)
-    found = []
-    for _ in range(draws):
-        same = rng.random((runs, seeds)) < 0.5
-        own = np.where(same, rng.exponential(size=seeds), rng.exponential(size=(runs, seeds)))
-        limit = rng.uniform(0.5, 3.0, (runs, seeds))
-        time, reached = np.minimum(own, limit).ravel(), (own <= limit).ravel()
-        curve = survival.curve(time, reached, np.tile(np.arange(seeds), runs).astype(np.float64))
-        k = int(np.searchsorted(curve.at, at_s, side="right")) - 1
-        found.append((float(curve.low[k]), float(curve.high[k])) if k >= 0 else curve.start)
-    return of_intervals(float(np.exp(-at_s)), found)
 
 
 def of_intervals(truth: float, intervals: list[Interval]) -> Coverage:

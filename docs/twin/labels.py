@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,8 +14,7 @@ LABELS = Path(__file__).parents[2] / "tests" / "data" / "ouster_labels"
 CLASSES = ("small car", "sedan", "SUV", "van", "pickup", "truck")
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+class View(NamedTuple):
     """Pose of the sensor over the ground plane of one frame. The level frame is the sensor's, levelled to that plane.
 
     Its origin is on the plane below the sensor, z is up, and x is ahead.

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from twin.labels import Car, load_cars, load_views
@@ -66,20 +67,12 @@ class Seen:
 
     def vehicle(self, actor_id: int) -> LabelledVehicle:
         """Return the points with their label, heights above the car's own ground."""
-        return LabelledVehicle(
-            data_set=0,
-            actor_id=actor_id,
-            frame=self.car.frame,
-            kind=self.car.category,
-            points_ego=np.asarray(self.points_level, dtype=np.float64) - [0.0, 0.0, self.car.z_ground_m],
-            line=self.layer,
-            box=self.car.box,
-            lidars=np.zeros((1, 2)),
-        )
+        points = np.asarray(self.points_level, dtype=np.float64) - [0.0, 0.0, self.car.z_ground_m]
+        label = (0, actor_id, self.car.frame, self.car.category)
+        return LabelledVehicle(*label, points, self.layer, self.car.box, lidars=np.zeros((1, 2)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pair:
+class Pair(NamedTuple):
     """A labelled car and its twins, one for each seed."""
 
     car: Car

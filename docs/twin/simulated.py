@@ -15,15 +15,8 @@ from luxloop.sensor_model.sensor_config import SensorConfig
 from luxloop.sim.scripted.script import KindName, ScriptedActor
 from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 
-KINDS_OF: dict[str, KindName] = {
-    "small car": "car",
-    "sedan": "car",
-    "SUV": "suv",
-    "van": "van",
-    "truck": "truck",
-    "pickup": "suv",
-}
-"""A sport utility vehicle of a pickup's length has the body of one."""
+KINDS_OF: dict[str, KindName] = {"SUV": "suv", "van": "van", "truck": "truck", "pickup": "suv"}
+"""Kinds of bodies; other classes are cars. A sport utility vehicle of a pickup's length has the body of one."""
 PAINT = 0.07
 """Reflectivity of a car whose sensor does not measure it: about the median of the others."""
 PANEL_SPREAD_DB = 11.0
@@ -34,14 +27,9 @@ SENSOR = SensorConfig(footprint=(3, 3), sweep=False)
 
 
 def twin_scan(frame: RecordedFrame, view: View, car: Car, cars: list[Car], seed: int) -> tuple[Floats, Ints]:
-    """Simulate the sensor of a frame over a labelled car, among all `cars` of that frame.
+    """Return the points of a frame's sensor over a labelled car, among all `cars` of that frame, and their layers.
 
-    Returns
-    -------
-    points_level
-        (N, 3) in the level frame of the recording [m].
-    layer
-        (N,) ring, counted upwards.
+    Points (N, 3) are in the level frame of the recording [m]; layers (N,) are rings, counted upwards.
     """
     noise = NoiseConfig()
     noise = replace(noise, **{kind: replace(getattr(noise, kind), enabled=kind in NOISE) for kind in KINDS})
@@ -53,16 +41,10 @@ def twin_scan(frame: RecordedFrame, view: View, car: Car, cars: list[Car], seed:
 
 
 def _source(cars: list[Car]) -> ScriptedSource:
-    actors = [
-        ScriptedActor(
-            x_m=car.x_m,
-            y_m=car.y_m,
-            yaw_deg=car.heading_deg,
-            kind=KINDS_OF[car.category],
-            size_m=(car.length_m, car.width_m, car.height_m),
-            reflectivity=PAINT if np.isnan(car.reflectivity) else car.reflectivity,
-            name=car.id,
-        )
-        for car in cars
-    ]
+    actors = []
+    for car in cars:
+        paint = PAINT if np.isnan(car.reflectivity) else car.reflectivity
+        pose = {"x_m": car.x_m, "y_m": car.y_m, "yaw_deg": car.heading_deg}
+        size, kind = (car.length_m, car.width_m, car.height_m), KINDS_OF.get(car.category, "car")
+        actors.append(ScriptedActor(**pose, kind=kind, size_m=size, reflectivity=paint, name=car.id))
     return ScriptedSource(ScriptedTraffic(actor=actors, jitter_m=0.0, jitter_deg=0.0), Path(), range_m=200.0)

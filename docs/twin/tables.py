@@ -22,20 +22,16 @@ def point_counts(pairs: Sequence[Pair]) -> pd.DataFrame:
     """Return a row per car: its class, and errors and ratios of its twins' points, in the mean over the seeds."""
     rows = []
     for pair in pairs:
-        count, twin = len(pair.real), np.mean([len(one) for one in pair.twins])
-        cut, twin_cut = len(pair.real.four_layers()), np.mean([len(one.four_layers()) for one in pair.twins])
-        bands = np.array(pair.real.bands(), dtype=np.float64)
+        cut, bands = len(pair.real.four_layers()), np.array(pair.real.bands(), dtype=np.float64)
         twin_bands = np.mean([one.bands() for one in pair.twins], axis=0)
-        rows.append(
-            {
-                "near": in_near_field(pair.car),
-                "pickup": pair.car.category == "pickup",
-                "length_seen": pair.car.length_seen,
-                "error": 100.0 * (twin - count) / count,
-                "cut error": 100.0 * (twin_cut - cut) / max(cut, 1),
-                **dict(zip(BANDS, twin_bands / np.where(bands > 0.0, bands, np.nan), strict=True)),
-            }
-        )
+        row = {
+            "near": in_near_field(pair.car),
+            "pickup": pair.car.category == "pickup",
+            "length_seen": pair.car.length_seen,
+            "error": 100.0 * (np.mean([len(one) for one in pair.twins]) / len(pair.real) - 1.0),
+            "cut error": 100.0 * (np.mean([len(one.four_layers()) for one in pair.twins]) - cut) / max(cut, 1),
+        }
+        rows.append(row | dict(zip(BANDS, twin_bands / np.where(bands > 0.0, bands, np.nan), strict=True)))
     return pd.DataFrame(rows)
 
 
@@ -44,12 +40,8 @@ def summary(pairs: Sequence[Pair]) -> str:
     table = point_counts(pairs)
     far = table[~table["near"]]
     no_pickups = far[~far["pickup"]]
-    groups = {
-        "all": table,
-        "not in the near field": far,
-        "and no pickups": no_pickups,
-        "and the size seen": no_pickups[no_pickups["length_seen"]],
-    }
+    sized = no_pickups[no_pickups["length_seen"]]
+    groups = {"all": table, "not in the near field": far, "and no pickups": no_pickups, "and the size seen": sized}
     rows = []
     for name, group in groups.items():
         error = group["error"]
@@ -62,12 +54,13 @@ def summary(pairs: Sequence[Pair]) -> str:
 
 def heading_table(pairs: Sequence[Pair]) -> str:
     """Return mean and median absolute heading errors by method, of cars with a well-known heading."""
-    real, twins = heading_errors(pairs)
-    rows = [
-        (method, *(f"{value:.2f}" for error in (real[method], twins[method]) for value in _mean_median(error)))
-        for method in METHODS
-    ]
+    real, twins = ({name: np.abs(error) for name, error in errors.items()} for errors in heading_errors(pairs))
     head = (f"heading error [deg], n = {len(real['best'])}", "mean", "median", "twin mean", "twin median")
+    errors = ((method, real[method], twins[method]) for method in METHODS)
+    rows = (
+        (method, *(f"{figure(error):.2f}" for error in both for figure in (np.mean, np.median)))
+        for method, *both in errors
+    )
     return markdown(head, rows)
 
 
@@ -85,7 +78,3 @@ def heading_errors(pairs: Sequence[Pair]) -> tuple[dict[str, Floats], dict[str, 
 def enough(vehicles: Sequence[LabelledVehicle]) -> list[LabelledVehicle]:
     """Return the vehicles with enough points for statistics."""
     return [vehicle for vehicle in vehicles if len(vehicle.line) >= POINTS_MIN]
-
-
-def _mean_median(error: Floats) -> tuple[float, float]:
-    return float(np.abs(error).mean()), float(np.median(np.abs(error)))

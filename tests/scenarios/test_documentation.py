@@ -20,7 +20,8 @@ from blocks import screens
 from support import short_run
 from support.dask_cluster import worker_thread
 from support.pages import block, chapter
-from support.paths import ROOT
+from support.paths import DOCS, ROOT
+from support.scripts import load_script
 
 import luxloop
 from luxloop.scenarios.cli import app, main
@@ -282,6 +283,12 @@ def test_examples_of_scenario_files_are_valid(text, tmp_path, monkeypatch):
     traffic = Scenario.load(path).traffic
     if "duration_s" in document and traffic.kind != "sumo":
         assert main(["run", str(path), "--duration", "0.4", "--no-recording"]) == 0
+
+
+def test_the_points_of_the_example_are_those_of_its_scenario(tmp_path):
+    load_script(DOCS / "export_points.py").write(tmp_path / "points.csv")
+    written, committed = ((folder / "points.csv").read_bytes() for folder in (tmp_path, DOCS / "examples"))
+    assert written == committed, "run: python docs/export_points.py, then python docs/figures.py output"
 
 
 def test_the_page_shows_what_the_tracker_alone_prints_where_there_is_no_simulator():

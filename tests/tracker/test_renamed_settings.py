@@ -32,7 +32,9 @@ def test_the_new_key_exists_and_the_old_one_does_not(old, new):
 
 def test_the_page_of_changes_has_every_new_key():
     rows = re.findall(
-        r"^\| `(tracker\.\S+)` \| `(\S+)` \|$", (ROOT / "docs/moving.md").read_text(encoding="utf-8"), re.MULTILINE
+        r"^\| `(tracker\.\S+)` \| `(\S+)` \|$",
+        (ROOT / "docs/command-line.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
     )
     assert dict(rows) == RENAMED
 

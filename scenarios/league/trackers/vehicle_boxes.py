@@ -16,7 +16,7 @@ WIDEST_M = 2.6
 """A box whose longer side is shorter shows the end of a vehicle [m]: trucks are 2.55 wide."""
 
 MakeDetector = Callable[[DetectorConfig], BoxDetector]
-"""Makes the detector; `luxloop league` takes `Detector`, and tuning takes recorded boxes."""
+"""Makes the detector; tests take one that returns given boxes."""
 
 
 class Readings(NamedTuple):

@@ -10,7 +10,7 @@ from support.paths import DOCS, EXAMPLES
 from luxloop.scenarios.cli import app
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.realism.real_table import BANDS, VIEW
-from luxloop.scenarios.realism.realism_comparison import FIGURES
+from luxloop.scenarios.realism.realism_comparison import FIGURES, ComparedRow, Summary, bow_figure
 
 PAGE = DOCS / "realism.md"
 
@@ -47,15 +47,17 @@ def test_the_page_shows_the_pictures_of_the_script():
 
 
 def side(value, interval=None, quartiles=(0.1, 0.3)):
-    return {"value": value, "interval": interval, "quartiles": list(quartiles), "n": 9}
+    return Summary(value, interval, quartiles, 9)
 
 
 def test_a_table_of_a_comparison_by_hand():
-    figures = {
-        "bow_end_0.45_0.75_m": {"real": side(0.165), "simulated": side(0.152, [0.1, 0.2]), "verdict": "agrees"},
-        "best_error_deg": {"real": side(2.65, None, (0.5, 2.0)), "simulated": None, "verdict": "n/a"},
-    }
-    assert realism.table(figures).splitlines() == [
+    bow = bow_figure("bow_end_0.45_0.75_m", "bow end 0.45 to 0.75 m")
+    best = next(figure for figure in FIGURES if figure.name == "best_error_deg")
+    rows = [
+        ComparedRow(bow, side(0.165), side(0.152, (0.1, 0.2))),
+        ComparedRow(best, side(2.65, None, (0.5, 2.0)), None),
+    ]
+    assert realism.table(rows).splitlines() == [
         "| figure | real (quartiles) | simulated [95 %] | verdict |",
         "|---|---|---|---|",
         "| bow end 0.45 to 0.75 m [cm] | 16.5 (10.0 to 30.0) | 15.2 [10.0, 20.0] | agrees |",
