@@ -172,6 +172,7 @@ def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, t
 EXAMPLES = ROOT / "docs" / "examples"
 
 
+@pytest.mark.slow
 def test_own_trackers_take_part_beside_the_shipped_one(league, tmp_path, capsys):
     """A class in a file and the same tracker as a process have the same tracks, in the standings and on the page."""
     out, own = tmp_path / "out", str(EXAMPLES / "ci" / "my_tracker.py")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from support import busy_street, faulty_stages, short_run
+from support.few import few
 from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
@@ -51,7 +52,7 @@ SCENES = {
 """Streets in which the sound stage, or the one before it, makes few errors, so that the fault stands out."""
 
 
-@pytest.mark.parametrize("stage", Stage)
+@pytest.mark.parametrize("stage", few(Stage, Stage.FIT, Stage.ASSOCIATION))
 def test_a_planted_fault_is_blamed_on_its_stage(stage):
     """The fault changes its metrics, and no other oracle compensates half as much of it."""
     fault, caught_by = FAULTS[stage]
@@ -208,6 +209,7 @@ def test_values_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, capf
 EXAMPLE = str(ROOT / "docs" / "examples" / "distance_score.py")
 
 
+@pytest.mark.slow
 def test_a_tracker_with_an_association_of_its_own_is_blamed(tmp_path, capsys):
     """Its own association remains beneath the oracles of the other stages, and the truth replaces it."""
     path = short_run.write(tmp_path, busy_street.TEXT)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_physical
 from support.naive_rolling import follow
@@ -268,7 +268,6 @@ def test_a_turn_on_the_spot_becomes_a_turn_of_feasible_radius():
     ahead=st.booleans(),
     kind=st.sampled_from([Kind.CAR, Kind.BUS, Kind.MOTORCYCLE, Kind.PEDESTRIAN]),
 )
-@settings(max_examples=40)
 def test_output_is_feasible_for_any_input(seed, step_m, ahead, kind):
     """Poses are noise. Accelerations and jerks may be somewhat larger than with simulated traffic, which
     test_motion_limits.py limits to 10 m/s^2 and 60 m/s^3."""

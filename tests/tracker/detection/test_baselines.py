@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import scipy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import short_run
 from support.shapes import Car, l_shape, rotation, scan_car, star
@@ -53,7 +53,6 @@ def test_one_perfect_side_gives_the_exact_heading(name):
 
 
 @pytest.mark.parametrize("name", BASELINES)
-@settings(max_examples=15)
 @given(seed=st.integers(0, 999), quarters=st.integers(1, 3))
 def test_quarter_turns_of_the_scene_do_not_change_the_heading(name, seed, quarters):
     """Also behind the ego, where the azimuth jumps from -180 to 180 degrees in the middle of a vehicle."""
@@ -71,7 +70,6 @@ def test_the_same_points_give_the_same_headings():
 # --- principal axes
 
 
-@settings(max_examples=50)
 @given(st.integers(0, 10_000), st.integers(3, 60))
 def test_principal_axis_is_the_eigenvector_of_the_largest_eigenvalue(seed, count):
     points = scattered(seed, count) @ rotation(0.1 * seed).T
@@ -91,7 +89,6 @@ def test_principal_axis_of_two_sides_by_hand():
 # --- ordered two-set split
 
 
-@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 25))
 def test_the_best_split_equals_an_exhaustive_search(seed, count):
     points = scattered(seed, count)
@@ -161,7 +158,6 @@ def test_jlinkage_by_hand():
     assert label[3] == label[4] != label[0]
 
 
-@settings(max_examples=20)
 @given(st.integers(0, 10_000), st.integers(5, 40))
 def test_clusters_of_jlinkage_have_a_line_in_common_and_share_none(seed, count):
     """Termination theorem of Toldo and Fusiello; `agglomerate` is that of T-linkage with binary preferences."""
