@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from support import short_run
+from support.few import few
 from support.optional import need
 
 from luxloop.scenarios.commands.arguments import EXTRAS
@@ -56,7 +57,9 @@ sys.exit(max(codes))
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize(("extra", "absent"), [(extra, name) for extra in COMMANDS for name in EXTRAS[extra]])
+@pytest.mark.parametrize(
+    ("extra", "absent"), few([(extra, name) for extra in COMMANDS for name in EXTRAS[extra]], "mcap")
+)
 def test_a_command_names_the_extra_that_it_needs(folder, extra, absent):
     run = luxloop({absent}, COMMANDS[extra])
     first = next(name for name in EXTRAS[extra] if name == absent or find_spec(name) is None)
