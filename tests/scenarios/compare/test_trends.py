@@ -96,6 +96,7 @@ def test_labels_are_the_shortest_different_ends_of_the_paths():
     assert labels([Path("same.jsonl"), Path("same.jsonl")]) == ["1: same", "2: same"]
 
 
+@pytest.mark.slow
 def test_page_at_1280_pixels_and_on_a_phone(found, tmp_path):
     page = tmp_path / "trends.html"
     page.write_text(html.page(trends_document(found)), encoding="utf-8")
