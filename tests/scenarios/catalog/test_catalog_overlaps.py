@@ -58,7 +58,7 @@ OVERLAPPED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "seed"), few(OVERLAPPED.items(), "sumo-cut-in", "crosswalk"))
+@pytest.mark.parametrize(("name", "seed"), few(OVERLAPPED.items(), "crosswalk"))
 def test_no_bodies_overlap_where_they_did(name, seed):
     assert overlapping(name, seed) == {}
 

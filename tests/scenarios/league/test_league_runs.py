@@ -144,6 +144,7 @@ def test_two_processes_give_the_same_rows(league, rows, tmp_path):
     pd.testing.assert_frame_equal(found[timeless], expected[timeless])
 
 
+@pytest.mark.slow
 def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, tmp_path, capsys):
     out, scenarios, _ = league
     drive = drives(scenarios[:1], [SEED], 4.0, [], out)[0]

@@ -139,6 +139,7 @@ def test_the_answer_says_how_sure_it_is(costs, line):
     assert line in answer(busy_street.blamed(), costs)
 
 
+@pytest.mark.slow
 def test_two_vehicles_have_no_interval_beyond_the_range_of_hota():
     """The jackknife of two vehicles reaches beyond 1."""
     found = find_out(busy_street.scenario(short_run.TEXT))

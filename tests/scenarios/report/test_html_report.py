@@ -221,7 +221,7 @@ SPECIAL_CASES = {
 }
 
 
-@pytest.mark.parametrize("case", few(SPECIAL_CASES, "tracker without a trace", "no actors"))
+@pytest.mark.parametrize("case", few(SPECIAL_CASES, "tracker without a trace"))
 def test_page_of_special_cases(tmp_path, case):
     """Fails when a figure or table requires data that a run may lack; warnings are errors here."""
     text, factory, overrides = SPECIAL_CASES[case]

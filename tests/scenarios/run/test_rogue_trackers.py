@@ -88,8 +88,7 @@ BROKEN = {
 """Part of the line by tracker; the exit code is 4."""
 RETURNS = [*BROKEN][[*BROKEN].index("ReturnsNone") : [*BROKEN].index("Forks")]
 """Trackers whose fault is what they return, not what they do to the process."""
-QUICK = ("Exits", "EndsProcessByLibc", "KillsTheGroupOfItsParent", "StopsItsParent", "ClosesFiles", "Allocates")
-QUICK += ("LeavesGrandchildAndHangs", "ExitsAtStart", "ReturnsNone", "HollowTrace", "Forks")
+QUICK = ("Exits", "EndsProcessByLibc", "KillsTheGroupOfItsParent", "LeavesGrandchildAndHangs", "HollowTrace", "Forks")
 """Those with a process of their own in `make test`, one of each kind; `make slow` runs the others."""
 
 HARMLESS = (

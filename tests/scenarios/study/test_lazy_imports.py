@@ -19,7 +19,7 @@ MODULES = (
 )
 
 
-@pytest.mark.parametrize("module", few(MODULES, "luxloop.scenarios.cli", "luxloop.scenarios.search.adversary"))
+@pytest.mark.parametrize("module", few(MODULES, "luxloop.scenarios.cli"))
 def test_importing_a_module_loads_no_optional_package(module):
     if "search" in module:
         need("search")  # tomli_w, which is small, is imported with the module
