@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.few import few
 from support.paths import EXAMPLES
 from support.scripts import load_script
 
@@ -231,7 +232,7 @@ def test_every_field_of_the_record_is_checked():
     assert set(OPTIONAL) == optional
 
 
-@pytest.mark.parametrize("tracker", [Tracker, PatchTracker, WithModels, NullTracker])
+@pytest.mark.parametrize("tracker", few([Tracker, PatchTracker, WithModels, NullTracker], Tracker))
 def test_trackers_that_meet_the_contract_pass(tracker, all_drives):
     findings = sequence_checks.examine(tracker, all_drives)
     assert findings.faults == ()
