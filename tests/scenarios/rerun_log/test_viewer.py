@@ -119,6 +119,7 @@ def test_real_viewer_starts_at_the_first_frame_and_opens_at_the_time(tmp_path):
             assert time_of(port) == [400_000_000]
 
 
+@pytest.mark.slow
 def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_commands(tmp_path):
     """SIGTERM to `luxloop view` ends the viewer, which is a process of another process."""
     short_run.run(record_to=tmp_path / "short.rrd")
