@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from importlib.metadata import packages_distributions
 from importlib.util import find_spec
 from pathlib import Path
@@ -111,6 +112,9 @@ def test_a_scripted_run_without_recording_needs_no_viewer_and_no_simulator(folde
     assert not list(folder.glob("run/*.rrd"))
 
 
+distributions = cache(packages_distributions)
+
+
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_the_checked_packages_are_those_of_the_extra(extra):
     need(extra)
@@ -118,7 +122,7 @@ def test_the_checked_packages_are_those_of_the_extra(extra):
     if extra == "search":
         assert listed[0] == "luxloop[sweeps]"
         listed = [*PROJECT["optional-dependencies"]["sweeps"], *listed[1:]]
-    installed_by = packages_distributions()
+    installed_by = distributions()
     assert [requirement.partition(">=")[0] for requirement in listed] == [
         installed_by[package][0].replace("_", "-") for package in EXTRAS[extra]
     ]
