@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from support import exported_run, short_run
-from support.few import few
 from support.av2_log import write_av2
+from support.few import few
 from support.real_data import real_file
 
 from luxloop.scenarios.cli import main
