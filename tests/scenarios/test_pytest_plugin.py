@@ -210,9 +210,14 @@ def test_another_tracker_on_two_seeds_and_the_first_failure_ends_it(tmp_path):
     ("arguments", "chosen"),
     [
         (["-m", "smoke"], {"holds.toml::holds-seed4"}),
-        (["-m", "full", "-k", "twin"], {"left/twin.toml::twin-seed4", "right/twin.toml::twin-seed4"}),
+        pytest.param(
+            ["-m", "full", "-k", "twin"],
+            {"left/twin.toml::twin-seed4", "right/twin.toml::twin-seed4"},
+            marks=pytest.mark.slow,
+        ),
         (["-k", "holds", "--luxloop-seeds", "3"], {f"holds.toml::holds-seed{seed}" for seed in (4, 5, 6)}),
-        (["unit.toml"], {"unit.toml::unit-seed1"}),  # a file that is named is run in any case
+        # A file that is named is run in any case.
+        pytest.param(["unit.toml"], {"unit.toml::unit-seed1"}, marks=pytest.mark.slow),
     ],
 )
 def test_markers_options_and_names_select_the_tests(folder, arguments, chosen):
