@@ -80,7 +80,7 @@ def test_motion_of_public_storyboards_is_feasible(name):
     assert excesses(motion(source, 1, 30.0)) == []
 
 
-@pytest.mark.parametrize("name", ["roundabout", "winding", "motorway"])
+@pytest.mark.parametrize("name", few(["roundabout", "winding", "motorway"], "roundabout"))
 def test_motion_on_bends_and_merges_is_feasible(name):
     assert excesses(motion(source_on(name, RANGE_M), 1, ON_NETS_S)) == []
 

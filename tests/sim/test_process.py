@@ -477,7 +477,7 @@ def crossing():
     return lambda **settings: SumoSource(replace(scenario.traffic, **settings), scenario.folder, 60.0)
 
 
-@pytest.mark.parametrize("ahead", [0, AHEAD])
+@pytest.mark.parametrize("ahead", few([0, AHEAD], AHEAD))
 def test_sumo_in_a_worker_equals_sumo_in_process(crossing, ahead):
     source = crossing()
     with closing(source), closing(ProcessSource(source, "SUMO", ahead)) as remote:

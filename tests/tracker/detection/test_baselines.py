@@ -8,6 +8,7 @@ import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 from support import short_run
+from support.few import few
 from support.shapes import Car, l_shape, rotation, scan_car, star
 from support.stages import LIDAR, fit_points, off_quarter, one_segment
 
@@ -171,7 +172,7 @@ def test_clusters_of_jlinkage_have_a_line_in_common_and_share_none(seed, count):
     assert np.sum(common, axis=0).max() <= 1
 
 
-@pytest.mark.parametrize(("outliers", "misclassified_max"), [(0, 0.07), (250, 0.15)])
+@pytest.mark.parametrize(("outliers", "misclassified_max"), few([(0, 0.07), (250, 0.15)], 250))
 def test_jlinkage_finds_the_lines_of_a_star(outliers, misclassified_max):
     """Five lines of 50 points, sigma 0.0075 (Toldo and Fusiello 2008): these are the five largest clusters.
 
