@@ -105,6 +105,7 @@ def test_markdown_has_the_verdict_first_then_losses_then_gains_and_folded_tables
     assert len(text) < COMMENT_LIMIT / 4
 
 
+@pytest.mark.slow
 def test_every_row_of_a_markdown_table_has_as_many_cells_as_its_head(sides):
     base, _ = sides
     failing = {"track.hota": Expectation("failed", 0.1, ">= 0.75")}

@@ -180,6 +180,7 @@ def test_invalid_options_give_one_error_line(text, arguments, error, tmp_path, m
     assert error in err
 
 
+@pytest.mark.slow
 def test_closed_loop_control_has_a_drive_for_every_oracle(capfd):
     assert main(["blame", "cruise-on-tracks", "--duration", "0.16"]) == 0
     out = capfd.readouterr().out

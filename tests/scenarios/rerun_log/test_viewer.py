@@ -63,6 +63,7 @@ def test_without_a_display_view_points_to_the_browser(capfd, monkeypatch, tmp_pa
     viewer.require_display(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", [False, True])
 def test_analytics_of_the_viewer_are_off_unless_wanted(wanted, tmp_path, monkeypatch):
     """Asks the viewer itself, whose own settings allow them."""

@@ -168,6 +168,7 @@ def test_ctrl_c_reports_the_number_of_evaluations_and_the_next_start_reuses_them
     assert capfd.readouterr().out.startswith("2 evaluations of an earlier start are reused\nno failure in 4 runs")
 
 
+@pytest.mark.slow
 def test_an_undisturbed_failure_is_found_in_the_first_run(tmp_path):
     """The first run has size 0; a random start would report a larger one."""
     study = Study.load(changed(tmp_path, LIMIT, 'metric = "track.hota"\nmax = 0.5\n'))
