@@ -269,7 +269,9 @@ BAD = GOOD.replace("[2], CAR_M)", "[2], -CAR_M)")
     ("module", "text", "code", "message"),
     [
         ("sound_tracker", GOOD, 0, "PASSED: sound_tracker:PatchTracker meets the contract"),
-        ("odd_tracker", BAD, 1, "FAILED: odd_tracker:PatchTracker fails 1 of 15 checks"),
+        pytest.param(
+            "odd_tracker", BAD, 1, "FAILED: odd_tracker:PatchTracker fails 1 of 15 checks", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_the_command_prints_a_table_and_exits_by_the_result(module, text, code, message, tmp_path, monkeypatch, capfd):
