@@ -70,6 +70,7 @@ def test_the_commands_of_the_page_use_the_example(example, tmp_path):
     assert {row["status"] for row in rows} == {"finished"}
 
 
+@pytest.mark.slow
 def test_the_run_of_a_plugin_is_graded_again_and_needs_the_plugin(example, tmp_path):
     run = ["run", str(EXAMPLE / "circle.toml"), "--no-recording", "--json", "-q", "--record-scans", "--out", "run"]
     first, again = plugin_package.luxloop(example, tmp_path, run, ["grade", "run", "--json"])

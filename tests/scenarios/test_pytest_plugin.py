@@ -193,6 +193,7 @@ def test_workers_and_order_change_no_trace(suite, tmp_path):
     assert len(set(hashes.values())) == 5  # the short scenario and its faster twin, crossing, highway, and none
 
 
+@pytest.mark.slow
 def test_another_tracker_on_two_seeds_and_the_first_failure_ends_it(tmp_path):
     (write_suite(tmp_path) / "mine.py").write_text(BLIND)
     arguments = ("-x", "-k", "fails or twin", "--luxloop-seeds", "2", "--luxloop-tracker", "mine:Blind")

@@ -509,6 +509,7 @@ remote.close()
     assert loaded.isdisjoint(heavy)
 
 
+@pytest.mark.slow
 def test_sumo_with_a_controlled_ego_in_a_worker_equals_sumo_in_process(crossing):
     source = crossing(ego_control=True, physical=PhysicalConfig(lookahead_s=0.0))
     commands = {index: EgoCommand(speed_mps=speed) for index, speed in {5: 2.0, 20: 9.0, 21: 0.0, 40: 12.0}.items()}

@@ -73,6 +73,7 @@ def test_a_net_with_its_routes(of_crossing, tmp_path, capfd):
     assert metrics["dataset.observations"] > 50
 
 
+@pytest.mark.slow
 def test_the_output_of_sumo_s_map_import_as_it_is(written, tmp_path, capfd):
     scenario, _ = written(WIZARD, "--window", "120")
     assert scenario.traffic.config.endswith("osm.sumocfg")
@@ -253,6 +254,7 @@ def test_the_window_has_as_many_neighbours_as_it_says(of_crossing):
     assert found.near >= 1.0
 
 
+@pytest.mark.slow
 def test_an_ego_that_was_asked_for(of_crossing, written, capfd, tmp_path):
     best, _ = of_crossing  # its limits hold
     ego = best.traffic.ego.removeprefix("vehicle:")

@@ -175,6 +175,7 @@ def test_a_sweep_repeats_the_runs_of_a_changed_rig_only(tmp_path: Path, sweep):
     assert set(rows(study)["trace_hash"]).isdisjoint(first["trace_hash"])
 
 
+@pytest.mark.slow
 def test_errors_are_repeated_on_request(tmp_path: Path, sweep):
     """A tracker that needs a file outside of its folder, which nothing names."""
     study = small_study(tmp_path, seeds=1)

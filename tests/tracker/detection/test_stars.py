@@ -44,7 +44,7 @@ SEEDS = pytest.mark.parametrize("seeds", [5, pytest.param(20, marks=pytest.mark.
 
 
 @SEEDS
-@pytest.mark.parametrize(("outliers", "at_most", "original"), few([(0, 0.06, 0.062), (250, 0.11, 0.139)], 250))
+@pytest.mark.parametrize(("outliers", "at_most", "original"), few([(0, 0.06, 0.062), (250, 0.11, 0.139)], 0))
 def test_the_lines_of_stars_are_separated(outliers, at_most, original, seeds):
     """Five chords of the unit circle, 50 points each, sigma 0.0075, and uniform outliers in [-1, 1]^2.
 
