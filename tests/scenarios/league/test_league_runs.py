@@ -103,6 +103,7 @@ def test_blame_is_named_exactly_where_another_tracker_has_the_highest_hota(leagu
     assert all(any(f"{name}.toml" in command for command in document["blame"]) for name in beaten)
 
 
+@pytest.mark.slow
 def test_a_second_start_takes_up_finished_runs_and_runs_only_what_is_missing(league):
     out, scenarios, _ = league
     before, folders = rows_in(out), times_of(out / "runs")

@@ -94,6 +94,7 @@ def rerun_at(*words):
             shown.wait(timeout=20)
 
 
+@pytest.mark.slow
 def test_real_viewer_starts_at_the_first_frame_and_opens_at_the_time(tmp_path):
     """A headless viewer of a served recording, as in a browser; it requires a graphics driver, as Mesa's lavapipe."""
     rerun = pytest.importorskip("rerun.experimental")

@@ -234,6 +234,7 @@ def test_the_output_ends_with_the_two_useful_lines_and_has_no_tables(tmp_path, c
     assert (tmp_path / "out" / RUN / "report.txt").is_file()
 
 
+@pytest.mark.slow
 def test_the_objective_may_be_a_metric_of_one_s_own(tmp_path):
     """Id switches of one of the two cars: the file of the finding defines it, and runs on its own."""
     own = '[[metric]]\nname = "own.second_switches"\nof = "track.id_switches"\nactor = "second"\n\n[[vary]]'

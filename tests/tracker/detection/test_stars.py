@@ -64,7 +64,7 @@ def test_the_lines_of_stars_are_separated(outliers, at_most, original, seeds):
 
 
 @SEEDS
-@pytest.mark.parametrize(("std", "at_most"), [(0.0075, 0.15), (0.015, 0.35)])
+@pytest.mark.parametrize(("std", "at_most"), few([(0.0075, 0.15), (0.015, 0.35)], 0.0075))
 def test_the_steps_of_stairs_are_separated(std, at_most, seeds):
     """Four parallel segments of 50 points each, and 60 % outliers in the unit square.
 
