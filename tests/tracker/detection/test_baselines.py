@@ -169,7 +169,7 @@ def test_clusters_of_jlinkage_have_a_line_in_common_and_share_none(seed, count):
     common = [near[:, cluster == name].all(axis=1) for name in np.unique(cluster)]
     alone = np.bincount(cluster)[np.unique(cluster)] == 1  # a point without neighbours is near no line
     assert all(some.any() for some in np.array(common)[~alone])
-    assert np.sum(common, axis=0).max() <= 1
+    assert np.sum(common, axis=0).max(initial=0) <= 1
 
 
 @pytest.mark.parametrize(("outliers", "misclassified_max"), few([(0, 0.07), (250, 0.15)], 0))
