@@ -17,7 +17,7 @@ test: .venv/developed
 	$(BIN)/pytest -n 2 --dist worksteal
 
 # Tests that take minutes: hundreds of mutated scenario files, killed runs, sweeps of hundreds of runs, the wheel,
-# commands of pages, recorded streets, and more seeds, pages and processes of what quick tests cover.
+# commands of pages, recorded streets, and more seeds, examples, pages and processes of what quick tests cover.
 slow: .venv/developed
 	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest -n 2 --dist worksteal -m slow

@@ -7,15 +7,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import is_hypothesis_test, settings
 from support.real_data import VARIABLE
 
 # Shells start background jobs with SIGINT ignored, which all their children inherit; tests press Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples in each run, at any speed of the machine. To search for others: --hypothesis-profile=default.
-settings.register_profile("fixed", derandomize=True, deadline=None)
+# `make slow` runs the properties again, with more examples.
+settings.register_profile("fixed", derandomize=True, deadline=None, max_examples=10)
+settings.register_profile("more", parent=settings.get_profile("fixed"), max_examples=100)
 settings.load_profile("fixed")
+SLOW_ONLY = "slow"
+"""The expression of `-m` in `make slow`."""
 
 
 @pytest.fixture(autouse=True)
@@ -35,8 +39,19 @@ def pytest_configure(config: pytest.Config) -> None:
 
     Skip assertion rewriting when tests are only listed: it takes half of the time, and no assertion runs.
     """
+    if config.option.markexpr == SLOW_ONLY and not config.getoption("--hypothesis-profile"):
+        settings.load_profile("more")
     if folder := config.getoption("--real-data"):
         os.environ[VARIABLE] = str(Path(folder).absolute())
     hook = config.pluginmanager.rewrite_hook
     if config.option.collectonly and hook in sys.meta_path:
         sys.meta_path.remove(hook)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Add the properties to the slow tests."""
+    if config.option.markexpr == SLOW_ONLY:
+        for item in items:
+            if is_hypothesis_test(getattr(item, "obj", None)):
+                item.add_marker("slow")

@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 import pytest
 from support import box_files, plugin_package
+from support.few import few
 from support.pages import chapter
 from support.paths import ROOT
 
@@ -69,6 +70,7 @@ def test_the_commands_of_the_page_use_the_example(example, tmp_path):
     assert {row["status"] for row in rows} == {"finished"}
 
 
+@pytest.mark.slow
 def test_the_run_of_a_plugin_is_graded_again_and_needs_the_plugin(example, tmp_path):
     run = ["run", str(EXAMPLE / "circle.toml"), "--no-recording", "--json", "-q", "--record-scans", "--out", "run"]
     first, again = plugin_package.luxloop(example, tmp_path, run, ["grade", "run", "--json"])
@@ -94,7 +96,7 @@ def test_keys_of_a_plugin_are_checked_and_its_names_listed(example, tmp_path):
     assert "patches" in wrong_tracker.error
 
 
-@pytest.mark.parametrize("defect", WRONG)
+@pytest.mark.parametrize("defect", few(WRONG, next(iter(WRONG))))
 def test_a_defective_plugin_is_named_in_one_line_and_stops_no_other_command(defect, tmp_path):
     value, code, reason = WRONG[defect]
     plugin_package.write(tmp_path, "broken", {group.name: {"broken": value} for group in GROUPS}, code)

@@ -74,6 +74,7 @@ def test_a_change_in_another_file_compiles_the_callers_again(toy):
     assert result_of(toy) == (60, True)
 
 
+@pytest.mark.slow
 def test_it_holds_in_another_cache_folder_too(toy, tmp_path):
     other = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     assert result_of(toy, **other) == (30, False)

@@ -1,5 +1,6 @@
 """Vehicle classes: their sizes, and what the visible sides of an object tell about them."""
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -67,8 +68,12 @@ nuScenes, 4.62 by 1.95 m, and KITTI, 3.88 by 1.63 m (Geiger et al. 2012). The li
 Directive 96/53/EC: 12 m, 18.75 m with a trailer, 2.55 m wide. The shares are rough."""
 
 
+@cache
 def side_probabilities() -> tuple[Floats, Floats]:
-    """Return the shares (C,) of the classes, and the probabilities (C, 2, G) of `GRID_M` for length and width."""
+    """Return the shares (C,) of the classes, and the probabilities (C, 2, G) of `GRID_M` for length and width.
+
+    They are computed once, when a size is first estimated.
+    """
     share = np.array([each.share for each in SIZE_CLASSES])
     sides = np.array([[each.length, each.width] for each in SIZE_CLASSES])
     low, high, std = (side[..., None] for side in np.moveaxis(sides, 2, 0))

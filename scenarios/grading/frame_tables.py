@@ -298,9 +298,9 @@ class TableBuilder:
     """
 
     def __init__(self, schema: Schema) -> None:
-        self._schema = schema
+        self._schema, self._first = schema, next(iter(schema))
         self._spool = ColumnSpool()
-        self._parts: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in schema}
+        self._parts: list[Mapping[str, npt.NDArray[Any]]] = []
         self._frames: list[int] = []
         self._times: list[float] = []
         self._rows: list[int] = []
@@ -318,13 +318,12 @@ class TableBuilder:
         ValueError
             A column is missing or not in the schema.
         """
-        if columns.keys() != self._parts.keys():
-            raise ValueError(f"columns {sorted(columns.keys() ^ self._parts.keys())} are missing or not in the schema")
-        for name, values in columns.items():
-            self._parts[name].append(values)
+        if columns.keys() != self._schema.keys():
+            raise ValueError(f"columns {sorted(columns.keys() ^ self._schema.keys())} are missing or not in the schema")
+        self._parts.append(columns)
         self._frames.append(frame.index)
         self._times.append(frame.time)
-        self._rows.append(len(values))
+        self._rows.append(len(columns[self._first]))
         if len(self._rows) == CHUNK_FRAMES:
             self._spool_chunk()
 
@@ -332,8 +331,7 @@ class TableBuilder:
         """Move the rows of the last frames to the spool, as one array per column."""
         for name, array in self._chunk().items():
             self._spool.append(name, array)
-        self._frames, self._times, self._rows = [], [], []
-        self._parts = {name: [] for name in self._schema}
+        self._frames, self._times, self._rows, self._parts = [], [], [], []
 
     def _chunk(self) -> dict[str, npt.NDArray[Any]]:
         """Return the rows of the last frames: an array per column, of the type of the column."""
@@ -342,7 +340,7 @@ class TableBuilder:
             "time_s": np.repeat(np.array(self._times, dtype=np.float64), self._rows),
         }
         for name, kind in self._schema.items():
-            parts, stored = self._parts[name], np.int8 if isinstance(kind, tuple) else kind
+            parts, stored = [part[name] for part in self._parts], np.int8 if isinstance(kind, tuple) else kind
             columns[name] = np.concatenate(parts).astype(stored) if parts else np.empty(0, stored)
         return columns
 

@@ -5,6 +5,7 @@ The worker unpickles a `ScanSource`, so this module imports neither tracker nor 
 
 import time
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -88,7 +89,7 @@ class ScanSource:
             self._lidar = Lidar(self._rig, self._noise, self._sensor, seed, obstacles)
         except ValueError as error:
             raise NoiseInputError(str(error)) from error
-        return ScanStart(obstacles, self._warm_up())
+        return ScanStart(obstacles, [*_warm_up_scans(self._rig, self._noise, self._sensor)])
 
     def step(self) -> ScannedFrame:
         """Return the next frame and its scan. Errors as `luxloop.sim.source.TrafficSource.step`."""
@@ -107,13 +108,15 @@ class ScanSource:
         """Release the simulator."""
         self._traffic.close()
 
-    def _warm_up(self) -> list[ScannedFrame]:
-        """Return scans of one car, by LIDARs that are not used again."""
-        wall = np.array([[-20.0, 15.0], [20.0, 15.0]])
-        obstacles = Obstacles.from_polygons([wall], [3.0])
-        lidar = Lidar(self._rig, self._noise, self._sensor, seed=0, obstacles=obstacles)
-        frames = [car_ahead(index) for index in range(FRAMES)]
-        return [ScannedFrame(frame, *lidar.scan(frame), sim_s=0.0, sensor_s=0.0) for frame in frames]
+
+@lru_cache(maxsize=4)
+def _warm_up_scans(rig: Rig, noise: NoiseConfig, sensor: SensorConfig) -> tuple[ScannedFrame, ...]:
+    """Return scans of one car, by LIDARs that are not used again. Runs with the same LIDARs share them."""
+    wall = np.array([[-20.0, 15.0], [20.0, 15.0]])
+    obstacles = Obstacles.from_polygons([wall], [3.0])
+    lidar = Lidar(rig, noise, sensor, seed=0, obstacles=obstacles)
+    frames = [car_ahead(index) for index in range(FRAMES)]
+    return tuple(ScannedFrame(frame, *lidar.scan(frame), sim_s=0.0, sensor_s=0.0) for frame in frames)
 
 
 class Scans(Protocol):

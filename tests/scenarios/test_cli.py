@@ -400,7 +400,8 @@ def test_an_ego_that_arrives_early_is_an_error_line(tmp_path, capfd):
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("scenario", ["sumo-crossing", pytest.param("cruise-on-tracks", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["sumo-crossing", "cruise-on-tracks"])
 def test_a_run_survives_the_death_of_its_simulator(scenario, tmp_path):
     """With traffic that is computed ahead of the loop, and with traffic that waits for its commands."""
     with running(scenario, "--duration", "600", "--json", "--out", "here") as run:

@@ -3,12 +3,14 @@
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from importlib.metadata import packages_distributions
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from support import short_run
+from support.few import few
 from support.optional import need
 
 from luxloop.scenarios.commands.arguments import EXTRAS
@@ -56,7 +58,9 @@ sys.exit(max(codes))
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize(("extra", "absent"), [(extra, name) for extra in COMMANDS for name in EXTRAS[extra]])
+@pytest.mark.parametrize(
+    ("extra", "absent"), few([(extra, name) for extra in COMMANDS for name in EXTRAS[extra]], "mcap")
+)
 def test_a_command_names_the_extra_that_it_needs(folder, extra, absent):
     run = luxloop({absent}, COMMANDS[extra])
     first = next(name for name in EXTRAS[extra] if name == absent or find_spec(name) is None)
@@ -108,6 +112,9 @@ def test_a_scripted_run_without_recording_needs_no_viewer_and_no_simulator(folde
     assert not list(folder.glob("run/*.rrd"))
 
 
+distributions = cache(packages_distributions)
+
+
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_the_checked_packages_are_those_of_the_extra(extra):
     need(extra)
@@ -115,7 +122,7 @@ def test_the_checked_packages_are_those_of_the_extra(extra):
     if extra == "search":
         assert listed[0] == "luxloop[sweeps]"
         listed = [*PROJECT["optional-dependencies"]["sweeps"], *listed[1:]]
-    installed_by = packages_distributions()
+    installed_by = distributions()
     assert [requirement.partition(">=")[0] for requirement in listed] == [
         installed_by[package][0].replace("_", "-") for package in EXTRAS[extra]
     ]

@@ -11,6 +11,7 @@ from support import crossing_ids, short_run
 from support.breaking_traffic import break_at
 from support.dask_cluster import worker_thread
 from support.defective_drive import DefectiveDrive
+from support.few import few
 from support.optional import need
 from support.sweeps import rows, small_study, sweep
 
@@ -67,7 +68,8 @@ def test_a_run_ends_with_70_its_traceback_and_one_line_and_writes_nothing(option
 
 
 @pytest.mark.parametrize(
-    ("missing", "arguments"), [("typer", ["list"]), ("numpy", ["run", "ring"]), ("jinja2", ["report", "run"])]
+    ("missing", "arguments"),
+    few([("typer", ["list"]), ("numpy", ["run", "ring"]), ("jinja2", ["report", "run"])], "typer"),
 )
 def test_a_damaged_installation_ends_with_70(missing, arguments):
     """Typer is imported first of all, numpy by the code that explains errors, jinja2 within a command."""
@@ -136,7 +138,10 @@ def test_a_search_ends_with_70_if_the_undisturbed_run_does(tmp_path, capfd):
 
 @pytest.mark.parametrize(
     ("kind", "duration", "workers", "place", "error"),
-    [(drive.Drive, "8.0", "1", "in carry_out", "TypeError "), (DefectiveDrive, 8.0, "2", "in recorded_scans", ZERO)],
+    [
+        (drive.Drive, "8.0", "1", "in carry_out", "TypeError "),
+        pytest.param(DefectiveDrive, 8.0, "2", "in recorded_scans", ZERO, marks=pytest.mark.slow),
+    ],
     ids=["command", "worker"],
 )
 def test_a_league_ends_with_70_also_by_its_worker_processes(

@@ -1,5 +1,6 @@
 """The notebook of the Python interface, executed by a kernel of Jupyter."""
 
+import pytest
 from support.optional import need
 
 need("dev", "nbformat", "nbclient")
@@ -12,6 +13,7 @@ NOTEBOOK = ROOT / "docs" / "examples" / "first_run.ipynb"
 TIMEOUT_S = 600
 
 
+@pytest.mark.slow
 def test_the_notebook_runs_and_shows_its_results(tmp_path):
     notebook = nbformat.read(NOTEBOOK, as_version=4)
     nbformat.validate(notebook)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from support import short_run, warm_process
+from support.few import few
 
 TRACKER = """
 import signal
@@ -40,14 +41,14 @@ CODES = [(signal.SIGINT, 2), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 
 
 @pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize(("number", "code"), CODES)
+@pytest.mark.parametrize(("number", "code"), few(CODES, signal.SIGINT))
 def test_a_signal_ends_the_session_with_its_exit_code(place, number, code, tmp_path: Path):
     """CPython would end a session by SIGINT if its interrupt left a string given to `exec`."""
     (tmp_path / "ended.py").write_text(TRACKER.format(statement=PLACES[place].format(name=number.name)))
     assert_ends(tmp_path, code, "-p", "ended", "--luxloop-tracker", "ended")
 
 
-@pytest.mark.parametrize(("number", "code"), CODES)
+@pytest.mark.parametrize(("number", "code"), few(CODES, signal.SIGTERM))
 def test_a_signal_while_a_kernel_loads_ends_the_session(number, code, tmp_path: Path):
     """It would count as a failed scenario, and the session would go on."""
     (tmp_path / "loading.py").write_text(LOADING.format(name=number.name))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import pytest
 from support import short_run, warm_process
+from support.few import few
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.files import shipped
@@ -81,6 +82,10 @@ def session(folder: Path, *arguments: str) -> Session:
     return Session(run.returncode, run.stdout + run.stderr, found)
 
 
+def traces(session: Session) -> dict[str, str | None]:
+    return {name: properties(case).get("trace_hash") for name, case in session.cases.items()}
+
+
 def properties(case: ET.Element) -> dict[str, str]:
     return {entry.get("name", ""): entry.get("value", "") for entry in case.iter("property")}
 
@@ -102,8 +107,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def suite(folder):
-    """Results of two workers."""
-    return session(folder, "-n", "2", "-rxX")
+    return session(folder, "-rxX")
 
 
 def test_every_scenario_is_a_case_with_its_outcome(suite):
@@ -177,17 +181,19 @@ def test_files_of_one_name_have_folders_of_their_own(suite, folder):
 
 @pytest.mark.slow
 def test_workers_and_order_change_no_trace(suite, tmp_path):
-    """A single process, shuffled, in another folder: SUMO, highway-env and scripted traffic are bit-identical."""
+    """In another folder, shuffled or by two workers, SUMO, highway-env and scripted traffic are bit-identical."""
     (write_suite(tmp_path) / "conftest.py").write_text(SHUFFLE)
     other = session(tmp_path, "-v")
     order = re.findall(r"^(\S+)::\S+ (?:PASSED|FAILED|XFAIL|XPASS) ", other.out, re.MULTILINE)
     assert len(order) == len(SUITE)
     assert order != sorted(order)
-    hashes = {name: properties(case).get("trace_hash") for name, case in suite.cases.items()}
-    assert {name: properties(case).get("trace_hash") for name, case in other.cases.items()} == hashes
+    hashes = traces(suite)
+    assert traces(other) == hashes
+    assert traces(session(tmp_path, "-n", "2")) == hashes
     assert len(set(hashes.values())) == 5  # the short scenario and its faster twin, crossing, highway, and none
 
 
+@pytest.mark.slow
 def test_another_tracker_on_two_seeds_and_the_first_failure_ends_it(tmp_path):
     (write_suite(tmp_path) / "mine.py").write_text(BLIND)
     arguments = ("-x", "-k", "fails or twin", "--luxloop-seeds", "2", "--luxloop-tracker", "mine:Blind")
@@ -205,9 +211,14 @@ def test_another_tracker_on_two_seeds_and_the_first_failure_ends_it(tmp_path):
     ("arguments", "chosen"),
     [
         (["-m", "smoke"], {"holds.toml::holds-seed4"}),
-        (["-m", "full", "-k", "twin"], {"left/twin.toml::twin-seed4", "right/twin.toml::twin-seed4"}),
+        pytest.param(
+            ["-m", "full", "-k", "twin"],
+            {"left/twin.toml::twin-seed4", "right/twin.toml::twin-seed4"},
+            marks=pytest.mark.slow,
+        ),
         (["-k", "holds", "--luxloop-seeds", "3"], {f"holds.toml::holds-seed{seed}" for seed in (4, 5, 6)}),
-        (["unit.toml"], {"unit.toml::unit-seed1"}),  # a file that is named is run in any case
+        # A file that is named is run in any case.
+        pytest.param(["unit.toml"], {"unit.toml::unit-seed1"}, marks=pytest.mark.slow),
     ],
 )
 def test_markers_options_and_names_select_the_tests(folder, arguments, chosen):
@@ -215,7 +226,7 @@ def test_markers_options_and_names_select_the_tests(folder, arguments, chosen):
     assert {line for line in run.out.splitlines() if "::" in line} == chosen
 
 
-@pytest.mark.parametrize("count", ["0", "-1", "some"])
+@pytest.mark.parametrize("count", few(["0", "-1", "some"], "0"))
 def test_a_suite_without_seeds_is_refused(folder, count):
     run = session(folder, "--luxloop-seeds", count)
     assert run.code == pytest.ExitCode.USAGE_ERROR

@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from support.few import few
 from support.optional import need
 from support.paths import ROOT
 
@@ -40,7 +41,7 @@ def runs(workflow):
     return [shlex.split(line) for line in re.findall(r"run: (.+)$", workflow, flags=re.MULTILINE)]
 
 
-@pytest.mark.parametrize("suite", ["smoke", "full"])
+@pytest.mark.parametrize("suite", few(["smoke", "full"], "smoke"))
 def test_the_markers_select_the_suites(suite):
     out = pytest_says(str(shipped.CATALOG), "--collect-only", "-q", "-m", suite)
     loaded = [Scenario.load(path) for path in shipped.paths().values()]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_echoes
 from support.naive_caster import perturbed
@@ -195,14 +195,12 @@ SCENES = given(
 
 
 @SCENES
-@settings(max_examples=100)
 def test_caster_equals_reference_implementation(**scene):
     compare_casters(**scene)
 
 
 @pytest.mark.slow
 @SCENES
-@settings(max_examples=500)
 def test_caster_equals_reference_implementation_in_more_scenes(**scene):
     compare_casters(**scene)
 
@@ -233,14 +231,12 @@ def moved_with(ego, spec):
     actors=st.lists(actor_specs, min_size=1, max_size=2),
     obstacles=obstacles,
 )
-@settings(max_examples=60)
 def test_whole_footprints_equal_reference_implementation(rig, sensor, actors, obstacles):
     scene = placed_scene(rig, sensor, world(*actors), obstacles)
     check_against_twin(sensor, *scene)
 
 
 @given(actors=st.lists(actor_specs, min_size=1, max_size=3), plain=st.booleans(), mirrors=st.booleans())
-@settings(max_examples=40)
 def test_units_of_a_rig_equal_reference_implementation(actors, plain, mirrors):
     """Fails if a beam uses the origin, timing, counts or limits of another unit."""
     mounts = (

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from support.sensor_scenes import (
     CENTRE_RAY,
@@ -72,7 +72,6 @@ def points_of(result):
 
 
 @given(yaw=st.floats(-3, 3), x=st.floats(-1e5, 1e5), y=st.floats(-1e5, 1e5))
-@settings(max_examples=10)
 def test_scans_do_not_depend_on_the_position_in_the_world(yaw, x, y):
     """Fails if poses or motions use single precision, or the wrong sign of the ego's yaw."""
     barrier = np.array([[-30.0, 12.0], [40.0, 14.0]])
@@ -119,7 +118,6 @@ SENSITIVE = (Fan((0, 1, 2, 3), 180.0, -177.5, 2.5, (100.0,)),)
 
 @GRIDS
 @given(occluder=occluders)
-@settings(max_examples=25)
 def test_occluder_only_shortens_ranges(sensor, occluder):
     """For a unit without lower limits of power and range. Fails if occluded objects return points.
 
@@ -181,7 +179,6 @@ def test_hidden_car_has_no_points(sensor, actors, obstacles):
 
 @GRIDS
 @given(bearing=st.floats(-3, 3), distance=st.floats(7, 60), yaw=st.floats(-3, 3), kind=st.sampled_from(list(Kind)))
-@settings(max_examples=20)
 def test_lone_actor_is_fully_visible(sensor, bearing, distance, yaw, kind):
     _, truth = scan(ActorSpec(distance * np.cos(bearing), distance * np.sin(bearing), yaw, kind), sensor=sensor)
     assert np.array_equal(truth.unit_hits, truth.unit_hits_alone)

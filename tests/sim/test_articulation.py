@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.optional import need
 from support.sensor_scenes import EXACT, PLAIN, ActorSpec, one_unit_rig, placed_scene, scan, small_unit, world
@@ -71,7 +71,6 @@ def test_tractors_are_equal_and_short_vehicles_are_scaled():
 
 
 @given(length=st.floats(6.0, 25.0), seed=seeds)
-@settings(max_examples=30)
 def test_wheels_are_at_the_axles_of_the_motion(length, seed):
     """Fails if the sensor's axles differ from those of the motion: wheels would slip sideways."""
     size = (length, WIDTH, HEIGHT)
@@ -93,7 +92,6 @@ def test_wheels_are_at_the_axles_of_the_motion(length, seed):
 
 @pytest.mark.parametrize("plain", [False, True])
 @given(angle=angles, seed=seeds, length=st.sampled_from([16.5, 8.0]))
-@settings(max_examples=20)
 def test_the_tractor_rotates_about_the_kingpin_and_the_trailer_stays(plain, angle, seed, length):
     """Compares corners by computational geometry: detects wrong signs, pivots and bounds."""
     size = (length, WIDTH, HEIGHT)
@@ -125,7 +123,6 @@ def test_the_tractor_is_its_cab_wheels_mirrors_and_frame():
 
 
 @given(angle=angles, seed=seeds)
-@settings(max_examples=40)
 def test_an_articulated_truck_is_connected_and_its_cab_clears_the_trailer(angle, seed):
     solids = pieces(place(lorry(angle), seed=seed), 0)
     upper = [solid for solid in solids if corners(solid.planes)[:, 2].max() > 2.0]

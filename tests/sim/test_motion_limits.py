@@ -4,6 +4,7 @@ from contextlib import closing, suppress
 
 import numpy as np
 import pytest
+from support.few import few
 from support.frames import Body, world_frame
 from support.motion_limits import LIMITS, excesses, worst_motion
 from support.nets import source_on
@@ -49,8 +50,16 @@ def motion(source, seed, duration_s):
 TURNS_AT_ITS_LIMIT = pytest.mark.xfail(reason="0.062 > 0.05 rad/s in one frame, a pedestrian", strict=True)
 
 
+QUICK = ("bus-stop", "cruise-on-tracks", "merge-generic-v0", "replayed-crossing", "sumo-crossing")
+"""Scenarios of `make test`, of every simulator; `make slow` runs the others."""
+
+
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=TURNS_AT_ITS_LIMIT) if name == "crosswalk" else name for name in paths()]
+    "name",
+    [
+        pytest.param(name, marks=[TURNS_AT_ITS_LIMIT, pytest.mark.slow]) if name == "crosswalk" else case
+        for name, case in zip(paths(), few(paths(), *QUICK), strict=True)
+    ],
 )
 def test_motion_in_a_shipped_scenario_is_feasible(name):
     scenario = Scenario.load(paths()[name])
@@ -71,7 +80,7 @@ def test_motion_of_public_storyboards_is_feasible(name):
     assert excesses(motion(source, 1, 30.0)) == []
 
 
-@pytest.mark.parametrize("name", ["roundabout", "winding", "motorway"])
+@pytest.mark.parametrize("name", few(["roundabout", "winding", "motorway"], "roundabout"))
 def test_motion_on_bends_and_merges_is_feasible(name):
     assert excesses(motion(source_on(name, RANGE_M), 1, ON_NETS_S)) == []
 

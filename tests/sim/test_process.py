@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.few import few
 from support.paths import TESTS
 from support.toy_traffic import ToyTraffic
 
@@ -30,6 +31,7 @@ from luxloop.sim.world import Obstacles, WorldFrame
 
 FRAMES = 10
 LEVELS = pytest.mark.parametrize("ahead", [0, 1, AHEAD])
+FEW_LEVELS = pytest.mark.parametrize("ahead", few([0, 1, AHEAD], AHEAD))
 
 
 def arrays(record):
@@ -119,7 +121,7 @@ def test_a_rejected_command_raises_and_the_run_continues():
         assert remote.step().ego.velocity_world[0] == 3.0
 
 
-@LEVELS
+@FEW_LEVELS
 def test_a_stopped_simulator_is_ended_after_a_time_limit(ahead, tmp_path):
     """A stopped process keeps its pipe open: without a limit, the run would wait for ever."""
     report = tmp_path / "report"
@@ -146,7 +148,7 @@ def test_a_process_that_was_stopped_between_two_runs_is_replaced(tmp_path, monke
         until(lambda: is_gone(pid))
 
 
-@LEVELS
+@FEW_LEVELS
 @pytest.mark.parametrize(
     ("failure", "error", "message"),
     [
@@ -264,7 +266,7 @@ def test_a_process_is_reused_and_changes_to_the_folder_of_each_run(tmp_path, mon
     assert processes(tmp_path / "a" / "report") == processes(tmp_path / "b" / "report")
 
 
-@pytest.mark.parametrize("failure", ["failed", "bug"])
+@pytest.mark.parametrize("failure", few(["failed", "bug"], "failed"))
 def test_a_process_is_not_reused_after_a_failed_run(failure, tmp_path):
     report = tmp_path / "report"
     for _ in range(2):
@@ -276,7 +278,7 @@ def test_a_process_is_not_reused_after_a_failed_run(failure, tmp_path):
     assert is_gone(first)
 
 
-@pytest.mark.parametrize("failure", ["failed", "crash", "stuck"])
+@pytest.mark.parametrize("failure", few(["failed", "crash", "stuck"], "crash"))
 def test_temporary_files_are_removed_with_the_process(failure, tmp_path, monkeypatch):
     """After an error, a crash, or termination during a frame."""
     (tmp_path / "temporary").mkdir()
@@ -374,7 +376,11 @@ MOMENTS = {f"running {index}": f"remote.step(); time.sleep({0.002 * index})" for
 """The worker computes or sends a frame when its parent is killed."""
 
 
-@pytest.mark.parametrize("state", ["", "remote.close()", *MOMENTS.values()], ids=["started", "idle", *MOMENTS])
+@pytest.mark.parametrize(
+    "state",
+    few(["", "remote.close()", *MOMENTS.values()], MOMENTS["running 3"]),
+    ids=["started", "idle", *MOMENTS],
+)
 def test_a_process_ends_without_temporary_files_when_its_parent_is_killed(state, tmp_path, monkeypatch):
     report, temporary = tmp_path / "report", tmp_path / "temporary"
     temporary.mkdir()
@@ -471,7 +477,7 @@ def crossing():
     return lambda **settings: SumoSource(replace(scenario.traffic, **settings), scenario.folder, 60.0)
 
 
-@pytest.mark.parametrize("ahead", [0, AHEAD])
+@pytest.mark.parametrize("ahead", few([0, AHEAD], AHEAD))
 def test_sumo_in_a_worker_equals_sumo_in_process(crossing, ahead):
     source = crossing()
     with closing(source), closing(ProcessSource(source, "SUMO", ahead)) as remote:
@@ -503,6 +509,7 @@ remote.close()
     assert loaded.isdisjoint(heavy)
 
 
+@pytest.mark.slow
 def test_sumo_with_a_controlled_ego_in_a_worker_equals_sumo_in_process(crossing):
     source = crossing(ego_control=True, physical=PhysicalConfig(lookahead_s=0.0))
     commands = {index: EgoCommand(speed_mps=speed) for index, speed in {5: 2.0, 20: 9.0, 21: 0.0, 40: 12.0}.items()}

@@ -72,7 +72,7 @@ def first_view(size: Floats, untruncated: Bools) -> tuple[Floats, Floats, Ints, 
     """
     likelihood, of_pieces = np.zeros((2, 2, len(GRID_M)))
     views = np.zeros((2, 2), dtype=np.int64)
-    estimated = add_view_and_estimate(likelihood, of_pieces, views, size, untruncated, HIDDEN_M)
+    estimated = add_view_and_estimate(likelihood, of_pieces, views, size, untruncated, HIDDEN_M, side_probabilities())
     return likelihood, of_pieces, views, *estimated
 
 
@@ -82,7 +82,7 @@ def observe_size(tracks: "TrackTable", t: int, observed: Floats, untruncated: Bo
     memory = tracks.visible_size[t], tracks.whole_views[t]
     tracks.visible_size[t] = remembered_extents(*memory, observed, untruncated, gains, growth)
     posterior = tracks.size_likelihood[t], tracks.piece_likelihood[t], tracks.size_views[t]
-    estimated = add_view_and_estimate(*posterior, observed, untruncated, HIDDEN_M)
+    estimated = add_view_and_estimate(*posterior, observed, untruncated, HIDDEN_M, side_probabilities())
     tracks.size[t], tracks.size_std[t] = estimated
 
 
@@ -91,7 +91,8 @@ def extend_size(tracks: "TrackTable", t: int, seen: Floats) -> None:
     tracks.visible_size[t] = seen
     weight, cut = np.full(2, LOG_ODDS_MAX), np.zeros(2, np.bool_)
     add_view(tracks.size_likelihood[t], seen, cut, weight, np.zeros(2), HIDDEN_M)
-    tracks.size[t], tracks.size_std[t] = estimate(tracks.size_likelihood[t], tracks.piece_likelihood[t])
+    posterior = tracks.size_likelihood[t], tracks.piece_likelihood[t]
+    tracks.size[t], tracks.size_std[t] = estimate(*posterior, side_probabilities())
 
 
 def swap_sides(tracks: "TrackTable", t: int) -> None:
@@ -99,7 +100,8 @@ def swap_sides(tracks: "TrackTable", t: int) -> None:
     for column in (tracks.visible_size, tracks.whole_views, tracks.size_likelihood, tracks.piece_likelihood):
         column[t] = column[t, ::-1].copy()
     tracks.size_views[t] = tracks.size_views[t, :, ::-1].copy()
-    tracks.size[t], tracks.size_std[t] = estimate(tracks.size_likelihood[t], tracks.piece_likelihood[t])
+    posterior = tracks.size_likelihood[t], tracks.piece_likelihood[t]
+    tracks.size[t], tracks.size_std[t] = estimate(*posterior, side_probabilities())
 
 
 @kernel()
@@ -222,9 +224,6 @@ def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats)
             mean[axis, g] += gain[axis] * (log_density - mean[axis, g])
 
 
-CLASS_FRACTION, PRIOR = side_probabilities()
-
-
 @kernel()
 def add_view_and_estimate(
     log_likelihood: Floats,
@@ -233,6 +232,7 @@ def add_view_and_estimate(
     observed: Floats,
     whole: Bools,
     hidden: Floats,
+    classes: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
     """Add a view of extents (2,) [m], `whole` (2,) if truncated at neither end; return the estimate, see `estimate`.
 
@@ -252,20 +252,20 @@ def add_view_and_estimate(
             gain[axis] = 1.0 / views[1, axis]
     add_view(log_likelihood, observed, whole, weight, forgets, hidden)
     average_pieces(of_pieces, observed, gain, hidden)
-    return estimate(log_likelihood, of_pieces)
+    return estimate(log_likelihood, of_pieces, classes)
 
 
 @kernel()
-def estimate(log_likelihood: Floats, of_pieces: Floats) -> tuple[Floats, Floats]:
+def estimate(log_likelihood: Floats, of_pieces: Floats, classes: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """Return the sides (2,) of the greatest expected overlap, and standard deviations (2,) about them [m].
 
-    The log-likelihoods (2, G) are those of independent views and of pieces.
+    The log-likelihoods (2, G) are those of independent views and of pieces; `classes` are `side_probabilities`.
     """
     likelihood = np.empty_like(log_likelihood)
     for axis in range(2):
         for g in range(len(GRID_M)):
             likelihood[axis, g] = elementary.exp(log_likelihood[axis, g] + of_pieces[axis, g])
-    probability = posterior(likelihood, CLASS_FRACTION, PRIOR)
+    probability = posterior(likelihood, *classes)
     size, std = np.empty(2), np.empty(2)
     for axis in range(2):
         size[axis] = side_of_greatest_overlap(probability[axis])

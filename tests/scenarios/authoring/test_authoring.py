@@ -73,6 +73,7 @@ def test_a_net_with_its_routes(of_crossing, tmp_path, capfd):
     assert metrics["dataset.observations"] > 50
 
 
+@pytest.mark.slow
 def test_the_output_of_sumo_s_map_import_as_it_is(written, tmp_path, capfd):
     scenario, _ = written(WIZARD, "--window", "120")
     assert scenario.traffic.config.endswith("osm.sumocfg")
@@ -81,6 +82,7 @@ def test_the_output_of_sumo_s_map_import_as_it_is(written, tmp_path, capfd):
     assert sorted(WIZARD.iterdir()) == before  # configured outputs are not written
 
 
+@pytest.mark.slow
 def test_compressed_and_unsorted_trips_of_the_map_import(written, tmp_path, capfd):
     copy = tmp_path / "import"
     shutil.copytree(WIZARD, copy)
@@ -100,6 +102,7 @@ def test_compressed_and_unsorted_trips_of_the_map_import(written, tmp_path, capf
     assert run(written(copy, "--window", "60")[0], tmp_path, capfd)["dataset.observations"] > 0
 
 
+@pytest.mark.slow
 def test_an_environment_of_highway_env(written, tmp_path, capfd):
     scenario, choices = written("highway-v0")
     assert (scenario.traffic.env, scenario.name) == ("highway-v0", "new")
@@ -108,6 +111,7 @@ def test_an_environment_of_highway_env(written, tmp_path, capfd):
     assert run(scenario, tmp_path, capfd)["dataset.observations"] > 0
 
 
+@pytest.mark.slow
 def test_a_table_of_trajectories(written, tmp_path, capfd):
     scenario, _ = written(CATALOG / "urban/replayed-crossing/tracks.csv.gz")
     assert scenario.traffic.kind == "replay"
@@ -250,6 +254,7 @@ def test_the_window_has_as_many_neighbours_as_it_says(of_crossing):
     assert found.near >= 1.0
 
 
+@pytest.mark.slow
 def test_an_ego_that_was_asked_for(of_crossing, written, capfd, tmp_path):
     best, _ = of_crossing  # its limits hold
     ego = best.traffic.ego.removeprefix("vehicle:")

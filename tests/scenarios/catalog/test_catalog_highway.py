@@ -136,6 +136,7 @@ def test_the_car_from_the_ramp_merges_ahead_of_the_ego():
     assert merging["ego_y_world"].iloc[-1] == pytest.approx(egos_lane + 4.0, abs=0.5)
 
 
+@pytest.mark.slow
 def test_each_lane_is_slower_than_the_one_to_its_left():
     table = drive("exit-v0")
     first = table[table["time"] == 0.0]

@@ -3,6 +3,7 @@
 from contextlib import closing, suppress
 
 import pytest
+from support.few import few
 
 from luxloop.scenarios.control.ego_driver import drive_by_truth
 from luxloop.scenarios.files.scenario import Scenario
@@ -51,17 +52,13 @@ def overlapping(name, seed):
 
 # Each fails for one seed if its cause comes back: sliding in queues (crossings, cut-in) and left turns after the phase,
 # instant lane changes, a parking place on a lane, and people whose steps aside take seconds.
-@pytest.mark.parametrize(
-    ("name", "seed"),
-    [
-        ("sumo-crossing", 2),
-        ("left-hand-crossing", 7),
-        ("sumo-cut-in", 9),
-        ("cruise-on-tracks", 6),
-        ("paper-campus", 1),
-        ("crosswalk", 2),
-    ],
-)
+OVERLAPPED = {
+    "sumo-crossing": 2, "left-hand-crossing": 7, "sumo-cut-in": 9, "cruise-on-tracks": 6, "paper-campus": 1,
+    "crosswalk": 2,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "seed"), few(OVERLAPPED.items(), "crosswalk"))
 def test_no_bodies_overlap_where_they_did(name, seed):
     assert overlapping(name, seed) == {}
 

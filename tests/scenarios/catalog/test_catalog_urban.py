@@ -231,6 +231,7 @@ def test_one_of_the_parked_cars_pulls_out_ahead_of_the_ego():
 # ---- highway-env's crossing
 
 
+@pytest.mark.slow
 def test_cars_come_from_all_four_sides_and_turn_in_all_directions():
     run = played("intersection-v0")
     lives = [actor for _, actor in run.actors.groupby("name") if (actor["range"] < GRADED_M).sum() > 50]

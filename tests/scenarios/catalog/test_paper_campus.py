@@ -15,6 +15,8 @@ from luxloop.sensor_model.rig.rig import load_rig
 from luxloop.sensor_model.truth import View
 from luxloop.sim.world import Kind, Mode
 
+pytestmark = pytest.mark.slow
+
 EVERY = 5
 """Stride of scanned frames: vehicles are visible for seven seconds, and neighbouring frames are similar."""
 

@@ -196,6 +196,7 @@ def test_part_of_a_file_name_is_short_without_separators_and_unique():
     assert file_name("x" * 500) != file_name("x" * 501)
 
 
+@pytest.mark.slow
 def test_warm_up_compiles_and_writes_nothing(capfd):
     assert main(["warm-up", "short.toml"]) == 0
     assert "The kernels are ready, after " in capfd.readouterr().out
@@ -204,6 +205,7 @@ def test_warm_up_compiles_and_writes_nothing(capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_brackets_in_every_text_of_a_scenario_are_printed_as_written(capfd):
     limit = (
         '"track.hota" = { min = 2.0, need = "limits are in [/docs/x.md]", known_failure = "0.5: [red]why[/red] [/x]" }'

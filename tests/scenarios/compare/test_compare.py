@@ -46,7 +46,7 @@ def seeds(quick, of):
 # --- a neutral change
 
 
-@pytest.mark.parametrize("seed", seeds(4, of=20))
+@pytest.mark.parametrize("seed", seeds(2, of=20))
 def test_jitter_of_a_millimetre_is_never_flagged(seed):
     comparison = changed(recorded.jitter(seed, sigma_m=0.001))
     assert flagged(comparison) == {}
@@ -54,6 +54,7 @@ def test_jitter_of_a_millimetre_is_never_flagged(seed):
     assert any(change.numbers.difference for change in comparison.changes)  # the jitter has an effect
 
 
+@pytest.mark.slow
 def test_another_order_of_the_points_is_never_flagged():
     """Any order in any two of the four runs. Fits do not depend on it; segments and tracks are numbered by it."""
     orders = [recorded.base()]
@@ -93,6 +94,7 @@ def test_positions_two_percent_worse_are_flagged():
     assert all(name.startswith(("mma.x_abs", "mma.y_abs")) for name in found)
 
 
+@pytest.mark.slow
 def test_headings_two_percent_worse_are_flagged_and_nothing_else(tmp_path):
     """With an ideal ego no error is close to 90 degrees: one that grows beyond is a flip, which the mean omits."""
     street, ideal = short_run.write(tmp_path, recorded.STREET, "street"), {"noise": {"ideal": True}}
@@ -141,6 +143,7 @@ def test_runs_with_the_largest_contributions_are_named_largest_first():
 # --- the statistics
 
 
+@pytest.mark.slow
 def test_false_positive_rate_is_the_level():
     """BASE and HEAD of vehicles with any number of frames differ at random, and by far more than the margin.
 

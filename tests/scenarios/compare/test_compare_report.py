@@ -63,6 +63,7 @@ def chromium():
         yield found
 
 
+@pytest.mark.slow
 def test_page_at_1280_pixels_shows_everything_without_scrolling(chromium, page):
     with browser.opened(chromium, page, viewport={"width": 1280, "height": 900}) as shown:
         assert browser.cut_off(shown) == []
@@ -77,6 +78,7 @@ def test_page_at_1280_pixels_shows_everything_without_scrolling(chromium, page):
         assert shown.recorded == []
 
 
+@pytest.mark.slow
 def test_page_on_a_phone_is_as_wide_as_the_phone(chromium, page):
     with browser.opened(chromium, page, viewport={"width": 390, "height": 844}) as shown:
         assert shown.evaluate("document.documentElement.scrollWidth") <= 390
@@ -103,6 +105,7 @@ def test_markdown_has_the_verdict_first_then_losses_then_gains_and_folded_tables
     assert len(text) < COMMENT_LIMIT / 4
 
 
+@pytest.mark.slow
 def test_every_row_of_a_markdown_table_has_as_many_cells_as_its_head(sides):
     base, _ = sides
     failing = {"track.hota": Expectation("failed", 0.1, ">= 0.75")}

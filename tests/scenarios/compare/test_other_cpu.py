@@ -78,6 +78,7 @@ def test_planted_loss_of_two_percent_is_found_against_a_baseline_of_another_cpu(
     assert against(head).verdict == "worse"
 
 
+@pytest.mark.slow
 def test_weights_of_the_truth_layer_are_the_same_bits():
     """A last bit of them became 0.3 mm in the path of a motorcycle, since the truth layer decides by limits."""
     program = (

@@ -96,6 +96,7 @@ def test_labels_are_the_shortest_different_ends_of_the_paths():
     assert labels([Path("same.jsonl"), Path("same.jsonl")]) == ["1: same", "2: same"]
 
 
+@pytest.mark.slow
 def test_page_at_1280_pixels_and_on_a_phone(found, tmp_path):
     page = tmp_path / "trends.html"
     page.write_text(html.page(trends_document(found)), encoding="utf-8")
@@ -113,6 +114,7 @@ def test_page_at_1280_pixels_and_on_a_phone(found, tmp_path):
             assert shown.evaluate("document.documentElement.scrollWidth") <= 390
 
 
+@pytest.mark.slow
 def test_command_writes_the_page_and_prints_the_table(runs, tmp_path, capsys):
     for name, factor in (("one", 1.0), ("two", 1.1)):
         baseline_file.write(tmp_path / f"{name}.jsonl", [scaled(run, factor) for run in runs])

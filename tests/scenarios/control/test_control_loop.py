@@ -29,6 +29,7 @@ def speeds(result, driver):
     return table.loc[table["driver"] == driver, "speed_mps"].to_numpy()
 
 
+@pytest.mark.slow
 def test_the_closed_loop_is_deterministic():
     once, again = drive(4.0), drive(4.0)
     assert once.trace_hash == again.trace_hash

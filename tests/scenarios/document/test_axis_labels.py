@@ -109,6 +109,7 @@ def test_figures_of_a_run(tmp_path):
     assert [fault for figure in shown for fault in faults(figure)] == []
 
 
+@pytest.mark.slow
 def test_figures_of_comparisons_and_trends(tmp_path):
     runs = baseline_file.read(ROOT / "scenarios" / "baseline" / "catalog.jsonl")[:12]
 

@@ -8,12 +8,15 @@ import json
 import pytest
 from support import bad_input, bad_input_files, bad_traffic_files, warm_process
 from support.bad_input_child import run_case
+from support.few import few
 from support.mutate_content import BYTES, XML
 from support.mutate_tables import WAYS
 from support.optional import need
 
 FAST, SLOW = 3, 6
-"""Mutations of each kind in `make test`, and in `make slow` those after them: a refused run starts its traffic anew."""
+"""Mutations of some kinds in `make test`, and of each kind in `make slow`: a refused run starts its traffic anew."""
+QUICK = ("scenario", "rig", "csv", "tracks", "arguments")
+"""Kinds of `make test`."""
 MOST_MB = 1024.0
 MOST_S = 20.0
 TIMEOUT_S = 3600.0
@@ -21,10 +24,14 @@ NEEDED = {"study": ("sweeps",), "boxes": ("mcap", "osi"), "imports": ("recording
 """Extras by kind of input: valid files of these kinds are written or read by optional packages."""
 
 
-@pytest.mark.parametrize("kind", bad_input.KINDS)
 @pytest.mark.parametrize(
-    "share",
-    ["some", pytest.param("more", marks=pytest.mark.slow), pytest.param("all", marks=pytest.mark.soak)],
+    ("share", "kind"),
+    [
+        *few([("some", kind) for kind in QUICK], "some"),
+        *few([("some", kind) for kind in bad_input.KINDS if kind not in QUICK]),
+        *few([("more", kind) for kind in bad_input.KINDS]),
+        *(pytest.param("all", kind, marks=pytest.mark.soak) for kind in bad_input.KINDS),
+    ],
 )
 def test_broken_input_is_refused_in_one_line(kind, share):
     for extra in NEEDED.get(kind, ()):
@@ -64,6 +71,7 @@ def test_cases_are_repeatable_and_use_every_mutation():
         assert all(way.__name__.strip("_") in how for way in ways), kind
 
 
+@pytest.mark.slow
 def test_the_valid_files_are_accepted(tmp_path, capfd):
     """A base that is itself refused would hide what its mutations do. Standard error is that of the process."""
     for extra in {extra for extras in NEEDED.values() for extra in extras}:
@@ -104,7 +112,7 @@ VALID = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["csv", "fcd", "parquet", "sumo"])
+@pytest.mark.parametrize("name", few(["csv", "fcd", "parquet", "sumo"], "csv"))
 def test_a_small_file_that_expands_to_gigabytes_is_refused(name):
     """In a process of its own, whose memory is measured."""
     found = run_child(f"bomb-{name}", 0, 1)

@@ -23,7 +23,7 @@ LONGEST_LINE = 1050
 COMPILATION = re.escape(STATUS.activity)
 """Notice before an answer: a mutant may need a kernel that no run before it has compiled."""
 OUT = Path("out")
-FAST, SLOW, ALL = 40, 300, 1000
+FAST, SLOW, ALL = 12, 300, 1000
 """Numbers of mutants of `make test`, of these and `make slow`, and of all with `make soak`."""
 NUMBERS = [
     *range(FAST),

@@ -5,7 +5,7 @@ from itertools import permutations
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.frames import Body, Estimate, Scripted, follow, grade_run
 
@@ -84,7 +84,6 @@ def least(vehicles, tracks, cutoff):
 
 
 @given(st.integers(0, 2**32 - 1), st.lists(st.tuples(st.integers(0, 3), st.integers(0, 4)), min_size=1, max_size=3))
-@settings(max_examples=60)
 def test_the_assignment_is_optimal_in_every_frame(seed, counts):
     """In a square of 4 m nearly all pairs compete."""
     rng = np.random.default_rng(seed)

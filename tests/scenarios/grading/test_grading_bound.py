@@ -179,6 +179,7 @@ def test_bound_equals_that_of_the_full_information_matrix(places, yaw, unit):
         assert found == pytest.approx(expected, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_most_likely_heading_of_bowed_faces_attains_the_bound_and_does_not_beat_it():
     """Faces with the bow of real cars, drawn at random, and noisy ranges; the estimator knows all else.
 

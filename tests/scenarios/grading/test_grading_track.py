@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_grading as naive
 from support.frames import Body, Estimate, Scripted, drive, follow, grade_run
@@ -182,7 +182,6 @@ def test_heading_error_is_modulo_a_full_turn_on_moving_vehicles():
 
 
 @given(st.integers(0, 4), st.integers(0, 4), st.integers(0, 2**32 - 1))
-@settings(max_examples=30)
 def test_matching_is_optimal(actors, tracks, seed):
     rng = np.random.default_rng(seed)
 

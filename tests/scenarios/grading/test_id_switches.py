@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.frames import Body, Scripted, follow, grade_run
 from support.optional import need
@@ -55,7 +55,6 @@ def test_without_vehicles_the_metric_has_a_reason():
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))
-@settings(max_examples=60)
 def test_number_of_switches_equals_trackevals(seed, vehicles, tracks):
     """Random overlaps with vehicles and tracks that come and go."""
     need("dev", "trackeval")

@@ -6,7 +6,7 @@ from support.optional import need
 
 need("dev", "trackeval")
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.sequences import random_sequence
 from trackeval.metrics import CLEAR, HOTA, Identity
@@ -43,7 +43,6 @@ def ours(sequence, hit_iou):
     steps=st.sampled_from([1, 2, 4, 20, 1000]),
     hit_iou=st.sampled_from([0.05, 0.3, 0.5, 0.75, 1.0]),
 )
-@settings(max_examples=300)
 def test_every_score_equals_trackevals(seed, vehicles, tracks, empty, steps, hit_iou):
     sequence = random_sequence(seed, vehicles, tracks, empty, steps)
     assert ours(sequence, hit_iou) == pytest.approx(theirs(sequence, hit_iou), rel=0.0, abs=1e-12)

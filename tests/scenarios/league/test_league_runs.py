@@ -103,6 +103,7 @@ def test_blame_is_named_exactly_where_another_tracker_has_the_highest_hota(leagu
     assert all(any(f"{name}.toml" in command for command in document["blame"]) for name in beaten)
 
 
+@pytest.mark.slow
 def test_a_second_start_takes_up_finished_runs_and_runs_only_what_is_missing(league):
     out, scenarios, _ = league
     before, folders = rows_in(out), times_of(out / "runs")
@@ -144,6 +145,7 @@ def test_two_processes_give_the_same_rows(league, rows, tmp_path):
     pd.testing.assert_frame_equal(found[timeless], expected[timeless])
 
 
+@pytest.mark.slow
 def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, tmp_path, capsys):
     out, scenarios, _ = league
     drive = drives(scenarios[:1], [SEED], 4.0, [], out)[0]
@@ -172,6 +174,7 @@ def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, t
 EXAMPLES = ROOT / "docs" / "examples"
 
 
+@pytest.mark.slow
 def test_own_trackers_take_part_beside_the_shipped_one(league, tmp_path, capsys):
     """A class in a file and the same tracker as a process have the same tracks, in the standings and on the page."""
     out, own = tmp_path / "out", str(EXAMPLES / "ci" / "my_tracker.py")

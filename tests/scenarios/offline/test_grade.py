@@ -200,6 +200,7 @@ def test_a_run_that_ended_early_stays_incomplete(run, capfd):
 # --- runs of earlier versions
 
 
+@pytest.mark.slow
 def test_a_run_without_later_columns_and_metrics_is_graded_and_reported(run, capfd):
     """Fails when a metric or a column that was added since ends in an error, or in a number."""
     derived = ["box_heading_error_deg", "corner_along_error_m", "extent_along_error_m"]

@@ -6,6 +6,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 import pytest
 from support import short_run
+from support.few import few
 
 from luxloop.scenarios import execute
 from luxloop.scenarios.errors import OutputError
@@ -52,7 +53,7 @@ def sumo(tmp_path_factory):
 
 
 @pytest.mark.parametrize("run", ["scripted", "sumo"])
-@pytest.mark.parametrize("rows_at_once", [100, recorded_scans.ROWS_AT_ONCE])
+@pytest.mark.parametrize("rows_at_once", few([100, recorded_scans.ROWS_AT_ONCE], 100))
 def test_recorded_scans_equal_the_simulated_ones(run, rows_at_once, request, monkeypatch):
     """Fails if a column is missing, swapped or narrowed, or rows are assigned to the wrong frame."""
     monkeypatch.setattr(recorded_scans, "ROWS_AT_ONCE", rows_at_once)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from support import busy_street, faulty_stages, short_run
+from support.few import few
 from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
@@ -51,7 +52,7 @@ SCENES = {
 """Streets in which the sound stage, or the one before it, makes few errors, so that the fault stands out."""
 
 
-@pytest.mark.parametrize("stage", Stage)
+@pytest.mark.parametrize("stage", few(Stage, Stage.FIT, Stage.ASSOCIATION))
 def test_a_planted_fault_is_blamed_on_its_stage(stage):
     """The fault changes its metrics, and no other oracle compensates half as much of it."""
     fault, caught_by = FAULTS[stage]
@@ -138,6 +139,7 @@ def test_the_answer_says_how_sure_it_is(costs, line):
     assert line in answer(busy_street.blamed(), costs)
 
 
+@pytest.mark.slow
 def test_two_vehicles_have_no_interval_beyond_the_range_of_hota():
     """The jackknife of two vehicles reaches beyond 1."""
     found = find_out(busy_street.scenario(short_run.TEXT))
@@ -178,6 +180,7 @@ def test_invalid_options_give_one_error_line(text, arguments, error, tmp_path, m
     assert error in err
 
 
+@pytest.mark.slow
 def test_closed_loop_control_has_a_drive_for_every_oracle(capfd):
     assert main(["blame", "cruise-on-tracks", "--duration", "0.16"]) == 0
     out = capfd.readouterr().out
@@ -208,6 +211,7 @@ def test_values_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, capf
 EXAMPLE = str(ROOT / "docs" / "examples" / "distance_score.py")
 
 
+@pytest.mark.slow
 def test_a_tracker_with_an_association_of_its_own_is_blamed(tmp_path, capsys):
     """Its own association remains beneath the oracles of the other stages, and the truth replaces it."""
     path = short_run.write(tmp_path, busy_street.TEXT)

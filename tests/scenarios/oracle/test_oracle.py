@@ -147,6 +147,7 @@ def test_true_association_has_no_id_switches():
     assert of(Stage.ASSOCIATION)["track.id_switches"].value == 0.0
 
 
+@pytest.mark.slow
 def test_a_truck_seen_in_two_pieces_is_one_track():
     """Side and rear, with a blind gap between them, have two tracks at first, which are merged."""
     scenario = Scenario.load(listing.find("truck-shadow"), {"duration_s": 2.4})
@@ -175,6 +176,7 @@ def test_true_confirmation_confirms_vehicles_in_their_first_frame_and_nothing_el
     assert values(true.metrics, *SEGMENTATION) == values(as_is.metrics, *SEGMENTATION)
 
 
+@pytest.mark.slow
 def test_true_confirmation_coasts_as_the_tracker_does():
     """A hidden vehicle's track keeps its id."""
     scenario = Scenario.load(listing.find("truck-shadow"), {"duration_s": 6.0})
@@ -185,10 +187,10 @@ def test_true_confirmation_coasts_as_the_tracker_does():
 @pytest.mark.parametrize(
     ("stage", "others"),
     [
-        (Stage.OUTLIERS, SEGMENTATION),
+        pytest.param(Stage.OUTLIERS, SEGMENTATION, marks=pytest.mark.slow),
         (Stage.FIT, (*SEGMENTATION, "outliers.recall{cause=mirror}", "outliers.precision{cause=layer_overlap}")),
         (Stage.ASSOCIATION, (*SEGMENTATION, "fit.heading_abs_mean_deg")),
-        (Stage.MODEL, SEGMENTATION),
+        pytest.param(Stage.MODEL, SEGMENTATION, marks=pytest.mark.slow),
     ],
 )
 def test_an_oracle_does_not_affect_earlier_stages(stage, others):

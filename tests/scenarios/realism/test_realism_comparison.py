@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.labelled_shapes import rear, vehicle
 
@@ -20,7 +20,6 @@ def views(rows):
     return pd.DataFrame(rows, columns=["range_m", "aspect_deg", "front_seen"])
 
 
-@settings(max_examples=50)
 @given(VIEWS, VIEWS)
 def test_matches_are_the_three_nearest_of_the_same_end(real, simulated):
     """Against an exhaustive search; ties may be broken either way, so distances are compared."""

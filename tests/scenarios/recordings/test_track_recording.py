@@ -133,6 +133,7 @@ def test_sides_that_a_recording_does_not_show_have_no_figures(tracked):
         assert "not known in a recording" in figures[name].reason
 
 
+@pytest.mark.slow
 def test_another_tracker_runs_on_the_same_scans(recording, tmp_path, capsys):
     (tmp_path / "own_tracker.py").write_text(MINE)
     spec = f"{tmp_path / 'own_tracker.py'}:Mine"

@@ -44,6 +44,7 @@ def test_formats_of_the_option():
             parse_formats(text)
 
 
+@pytest.mark.slow
 def test_report_writes_every_figure_of_the_page_and_all_tables(run, tmp_path, capfd):
     page = tmp_path / "page.html"
     assert main(["report", str(run), "--out", str(page), "--figures", "pdf", "--latex"]) == 0

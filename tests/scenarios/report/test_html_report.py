@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from markupsafe import escape
 from support import browser, short_run, warm_process
+from support.few import few
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.document import html
@@ -84,6 +85,7 @@ def opened(chromium, pages):
 PHONE = {"viewport": {"width": 390, "height": 844}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["run", "suite"])
 def test_phone_shows_the_verdict_without_scrolling(opened, name):
     page = opened(name, **PHONE)
@@ -96,6 +98,7 @@ def test_phone_shows_the_verdict_without_scrolling(opened, name):
     assert page.recorded == []
 
 
+@pytest.mark.slow
 def test_every_figure_is_drawn_with_alternative_text(opened):
     page = opened("run")
     shown = page.locator("figure").evaluate_all("all => all.map(element => element.id)")
@@ -110,6 +113,7 @@ def test_every_figure_is_drawn_with_alternative_text(opened):
     assert page.recorded == []
 
 
+@pytest.mark.slow
 def test_page_has_the_colour_scheme_of_the_browser(opened):
     def color(scheme, of):
         return (
@@ -126,6 +130,7 @@ def test_page_has_the_colour_scheme_of_the_browser(opened):
         assert color(scheme, "#timelines svg text") in {rgb(getattr(TONES[name], scheme)) for name in ("ink", "muted")}
 
 
+@pytest.mark.slow
 def test_printed_page_is_complete_without_split_figures(opened):
     """Fails when a figure or table is wider than the sheet, or a page break may split a figure."""
     page = opened("run", viewport={"width": 688, "height": 1000})  # A4 less its margins, at 96 dots per inch
@@ -143,6 +148,7 @@ def test_tones_are_different():
     assert len({tone.light for tone in TONES.values()}) == len(TONES)
 
 
+@pytest.mark.slow
 def test_links_in_a_page_have_targets(opened):
     for name in ("run", "suite"):
         page = opened(name)
@@ -154,6 +160,7 @@ def test_links_in_a_page_have_targets(opened):
         assert len(ids) == len(set(ids))
 
 
+@pytest.mark.slow
 def test_text_of_a_run_is_escaped(opened):
     page = opened("run")
     assert "<script>alert(1)</script>" in page.locator("header").inner_text()
@@ -214,7 +221,7 @@ SPECIAL_CASES = {
 }
 
 
-@pytest.mark.parametrize("case", SPECIAL_CASES)
+@pytest.mark.parametrize("case", few(SPECIAL_CASES, "tracker without a trace"))
 def test_page_of_special_cases(tmp_path, case):
     """Fails when a figure or table requires data that a run may lack; warnings are errors here."""
     text, factory, overrides = SPECIAL_CASES[case]

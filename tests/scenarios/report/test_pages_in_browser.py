@@ -45,15 +45,20 @@ def rgb(tone):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """All pages, in one folder."""
+    """The page of a run, and below it the run."""
     folder = tmp_path_factory.mktemp("pages")
     scenario = str(short_run.write(folder, short_run.TEXT + EXPECT, "short"))
-    near = f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest"
     assert main(["run", scenario, "--out", str(folder / "runs" / "shipped"), "--quiet"]) == 1
+    assert main(["report", str(folder / "runs" / "shipped"), "--out", str(folder / "run.html")]) == 0
+    return folder
+
+
+def _all_others(folder):
+    """Make the pages of `make slow`."""
+    near = f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest"
     nearest = ["--tracker", near, "--no-recording", "--quiet"]
-    assert main(["run", scenario, "--out", str(folder / "runs" / "nearest"), *nearest]) == 1
+    assert main(["run", str(folder / "short.toml"), "--out", str(folder / "runs" / "nearest"), *nearest]) == 1
     runs = [str(folder / "runs" / name) for name in ("shipped", "nearest")]
-    assert main(["report", runs[0], "--out", str(folder / "run.html")]) == 0
     assert main(["report", str(folder / "runs"), "--out", str(folder / "suite.html")]) == 0
     both = ["--out", str(folder / "trackers.html"), "--recording", str(folder / "trackers.rrd")]
     assert main(["report", *runs, *both]) == 0
@@ -61,7 +66,6 @@ def folder(tmp_path_factory):
     assert main(["trends", *runs, "--out", str(folder / "trends.html")]) == 0
     _recording(folder)
     _sweep(folder)
-    return folder
 
 
 def _recording(folder):
@@ -89,7 +93,9 @@ def chromium():
 
 
 def opened(chromium, folder, name, size="wide", **options):
-    width, height = SIZES[size]
+    width, height = size if isinstance(size, tuple) else SIZES[size]
+    if not (folder / f"{name}.html").exists():
+        _all_others(folder)
     return browser.opened(chromium, folder / f"{name}.html", viewport={"width": width, "height": height}, **options)
 
 
@@ -110,7 +116,7 @@ def test_nothing_is_wider_than_the_screen(chromium, folder, name, size):
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_is_wider_than_a_printed_sheet(chromium, folder, name):
     room = 688  # A4 less its margins, at 96 dots per inch
-    with browser.opened(chromium, folder / f"{name}.html", viewport={"width": room, "height": 1000}) as page:
+    with opened(chromium, folder, name, (room, 1000)) as page:
         page.emulate_media(media="print")
         assert page.evaluate("document.documentElement.scrollWidth") <= room
         beyond = (
@@ -141,7 +147,7 @@ def frame(page):
     return int(page.locator("#player output").inner_text().split()[1])
 
 
-@pytest.mark.parametrize("name", ["run", "trackers"])
+@pytest.mark.parametrize("name", ["run", pytest.param("trackers", marks=pytest.mark.slow)])
 def test_frames_are_stepped_and_zoomed_without_a_network(chromium, folder, name):
     """Fails when a key, a button, the wheel or a link does not work, or the page asks for another file."""
     with opened(chromium, folder, name) as page:
@@ -180,6 +186,7 @@ def test_points_of_all_frames_come_from_the_recording(chromium, folder):
             assert "not in the page" not in page.locator("#player output").inner_text()
 
 
+@pytest.mark.slow
 def test_layers_can_be_switched_off(chromium, folder):
     with opened(chromium, folder, "trackers") as page:
         page.wait_for_selector("#player canvas", state="visible")

@@ -116,6 +116,7 @@ def test_runs_of_different_traffic_are_refused(folder, tmp_path, capfd):
     assert not (tmp_path / "page.html").exists()
 
 
+@pytest.mark.slow
 def test_runs_of_different_scenarios_are_a_suite(folder, tmp_path):
     other = run(tmp_path, "other", "--no-recording", file="other")
     assert main(["report", str(folder / "one"), str(other), "--out", str(tmp_path / "page.html")]) == 0
@@ -182,6 +183,7 @@ def test_worst_frames_of_every_failed_metric_come_before_second_ones(folder):
     assert len(shown_frames(result, {}, least=2, most=9)) == min(2, len(set(result.tables["snapshots"]["frame"])))
 
 
+@pytest.mark.slow
 def test_results_of_a_run_name_vehicles_as_the_truth_does(folder):
     """The label of a vehicle is its name in worst frames, snapshots, pictures, timelines and the frame player."""
     one = ReportedRun.read(folder / "one")

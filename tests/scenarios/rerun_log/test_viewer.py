@@ -63,6 +63,7 @@ def test_without_a_display_view_points_to_the_browser(capfd, monkeypatch, tmp_pa
     viewer.require_display(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", [False, True])
 def test_analytics_of_the_viewer_are_off_unless_wanted(wanted, tmp_path, monkeypatch):
     """Asks the viewer itself, whose own settings allow them."""
@@ -93,6 +94,7 @@ def rerun_at(*words):
             shown.wait(timeout=20)
 
 
+@pytest.mark.slow
 def test_real_viewer_starts_at_the_first_frame_and_opens_at_the_time(tmp_path):
     """A headless viewer of a served recording, as in a browser; it requires a graphics driver, as Mesa's lavapipe."""
     rerun = pytest.importorskip("rerun.experimental")
@@ -119,6 +121,7 @@ def test_real_viewer_starts_at_the_first_frame_and_opens_at_the_time(tmp_path):
             assert time_of(port) == [400_000_000]
 
 
+@pytest.mark.slow
 def test_two_viewers_in_browsers_have_ports_of_their_own_and_end_with_their_commands(tmp_path):
     """SIGTERM to `luxloop view` ends the viewer, which is a process of another process."""
     short_run.run(record_to=tmp_path / "short.rrd")

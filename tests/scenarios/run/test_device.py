@@ -155,7 +155,8 @@ key = "noise.dropout.random_rate"
 values = [0.1]
 """
 COMMANDS = {
-    "run": ["-m", "luxloop", "run", "short.toml", "--no-recording", "--record-scans", "--out", "ran"],
+    "run": ["-m", "luxloop", "run", "short.toml", "--no-recording", "--out", "ran"],
+    "grade": ["-m", "luxloop", "run", "short.toml", "--no-recording", "--record-scans", "--out", "ran"],
     "check": ["-m", "luxloop", "check-tracker"],
     "sweep": ["-m", "luxloop", "sweep", "study.toml", "--workers", "1", "--out", "swept"],
     "pytest": ["-m", "pytest", "short.toml", "-q", "-p", "no:cacheprovider"],
@@ -198,11 +199,12 @@ def test_luxloops_packages_win_over_folders_of_the_same_name(command):
     )
     run = python(*COMMANDS[command], *option, "tracker/mine.py:MyTracker")
     assert run.returncode == 0, run.stdout + run.stderr
-    if command == "run":
+    if command == "grade":
         grade = python("-m", "luxloop", "grade", "ran", "--tracker", "tracker/mine.py:MyTracker", "--json")
         assert (grade.returncode, grade.stderr) == (0, "")
 
 
+@pytest.mark.slow
 def test_a_folder_that_is_itself_called_tracker(hostile, monkeypatch):
     monkeypatch.chdir(hostile / "tracker")
     run = python("-m", "luxloop", "run", "../short.toml", "--no-recording", "--tracker", "mine.py:MyTracker")

@@ -103,6 +103,7 @@ def test_the_python_example_gives_the_tracks_of_its_class_in_the_loop(capfd):
     assert apart["metrics"]["track.hota"]["value"] > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++")
 def test_the_cpp_example_gives_the_same_tracks_in_the_loop_and_by_csv(folder, capfd):
     source = str(EXAMPLES / "process" / "nearest.cpp")

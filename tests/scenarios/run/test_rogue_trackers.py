@@ -6,6 +6,7 @@ import subprocess
 
 import pytest
 from support import rogue_trackers, short_run
+from support.few import few
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.run.child_process import SUPERVISOR
@@ -87,14 +88,15 @@ BROKEN = {
 """Part of the line by tracker; the exit code is 4."""
 RETURNS = [*BROKEN][[*BROKEN].index("ReturnsNone") : [*BROKEN].index("Forks")]
 """Trackers whose fault is what they return, not what they do to the process."""
-SOME = ("ReturnsNone", "NanPosition", "ObjectIds", "HollowTrace")
-"""Those of them that also have a process of their own in `make test`: records missing, invalid, unusual and damaged."""
+QUICK = ("Exits", "EndsProcessByLibc", "KillsTheGroupOfItsParent", "LeavesGrandchildAndHangs", "HollowTrace", "Forks")
+"""Those with a process of their own in `make test`, one of each kind; `make slow` runs the others."""
 
 HARMLESS = (
-    "LeavesThread",
     "LeavesGrandchild",
-    "ChangesFolder",
     "DeletesResults",
+    "ForksQuietly",
+    "LeavesThread",
+    "ChangesFolder",
     "SeesTruth",
     "FactoryOfOneThatSeesTruth",
     "LooksForTheScenario",
@@ -104,7 +106,6 @@ HARMLESS = (
     "ChangesEarlierTracks",
     "Prints",
     "Warns",
-    "ForksQuietly",
     "LeavesDaemon",
 )
 """Trackers whose misdeed has no effect: their result is that of `Honest`."""
@@ -144,10 +145,7 @@ def result_of(name, capfd):
     return document["trace_hash"], {k: v for k, v in document["metrics"].items() if not k.startswith("perf.")}
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.slow] if name in RETURNS and name not in SOME else []) for name in BROKEN],
-)
+@pytest.mark.parametrize("name", few(BROKEN, *QUICK))
 def test_a_broken_contract_is_one_line_with_exit_code_4(name, folder, capfd):
     assert_refused(name, folder, capfd)
 
@@ -188,9 +186,10 @@ def processes():
 
 
 @pytest.mark.usefixtures("folder")
-def test_misdeeds_without_effect_leave_the_result_as_it_is(capfd):
+@pytest.mark.parametrize("names", [HARMLESS[:3], pytest.param(HARMLESS[3:], marks=pytest.mark.slow)])
+def test_misdeeds_without_effect_leave_the_result_as_it_is(names, capfd):
     """JSON stays valid, and the trace and the metrics are bit for bit those of an honest tracker."""
     honest = result_of("Honest", capfd)
-    for name in HARMLESS:
+    for name in names:
         assert result_of(name, capfd) == honest, name
     assert processes() == []

@@ -39,6 +39,7 @@ def test_the_page_quotes_the_example_which_has_forty_lines():
     assert f"```python\n{text}```" in (DOCS / "own-tracker.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_example_fails_nothing_that_it_does_not_report(folder, capfd):
     command = ["run", "short.toml", "--tracker", f"{NEAREST}:Nearest", "--out", "ran"]
     assert main([*command, "--json"]) == 0

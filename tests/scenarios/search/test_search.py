@@ -59,6 +59,7 @@ def document(out):
     return tomllib.loads((out / "planted.toml").read_text())
 
 
+@pytest.mark.slow
 def test_a_planted_bug_is_found_in_fewer_than_150_runs_and_needs_two_cars(found_in):
     """Fails for an unguided search, or one that keeps unrelated actors."""
     with RowStore.opened(found_in) as rows:
@@ -71,6 +72,7 @@ def test_a_planted_bug_is_found_in_fewer_than_150_runs_and_needs_two_cars(found_
     assert len(traffic["obstacle"]) == 1  # the wall that hides both
 
 
+@pytest.mark.slow
 def test_unrelated_parameters_and_elements_are_neutral_or_removed(found_in):
     """The bug needs two hidden cars: no noise, no other actor, and no time after the failure."""
     found = document(found_in)
@@ -80,6 +82,7 @@ def test_unrelated_parameters_and_elements_are_neutral_or_removed(found_in):
     assert -40.0 < second["x_m"] < -22.0  # close enough that both are hidden at once, and no closer than necessary
 
 
+@pytest.mark.slow
 def test_the_scenario_file_reproduces_the_failure_at_its_end(found_in, tmp_path, capsys):
     """A seed, path or default lost in the file would change the trace hash."""
     out = tmp_path / "again"
@@ -108,6 +111,7 @@ def test_two_workers_find_the_same_as_one(found_in, tmp_path):
     assert tables[0]["key"].tolist() == tables[1]["key"].tolist()
 
 
+@pytest.mark.slow
 def test_a_second_start_repeats_no_run_and_finds_the_same(found_in, tmp_path):
     """The last row is missing, as after a kill."""
     first = tmp_path / "out"
@@ -123,6 +127,7 @@ def test_a_second_start_repeats_no_run_and_finds_the_same(found_in, tmp_path):
     assert (first / "planted.toml").read_text() == (found_in / "planted.toml").read_text()
 
 
+@pytest.mark.slow
 def test_the_table_has_a_row_per_evaluated_scenario_in_their_order(found_in):
     table = pd.read_parquet(found_in / "runs.parquet")
     assert table["key"].tolist() == list(stored(found_in))
@@ -163,6 +168,7 @@ def test_ctrl_c_reports_the_number_of_evaluations_and_the_next_start_reuses_them
     assert capfd.readouterr().out.startswith("2 evaluations of an earlier start are reused\nno failure in 4 runs")
 
 
+@pytest.mark.slow
 def test_an_undisturbed_failure_is_found_in_the_first_run(tmp_path):
     """The first run has size 0; a random start would report a larger one."""
     study = Study.load(changed(tmp_path, LIMIT, 'metric = "track.hota"\nmax = 0.5\n'))
@@ -228,6 +234,7 @@ def test_the_output_ends_with_the_two_useful_lines_and_has_no_tables(tmp_path, c
     assert (tmp_path / "out" / RUN / "report.txt").is_file()
 
 
+@pytest.mark.slow
 def test_the_objective_may_be_a_metric_of_one_s_own(tmp_path):
     """Id switches of one of the two cars: the file of the finding defines it, and runs on its own."""
     own = '[[metric]]\nname = "own.second_switches"\nof = "track.id_switches"\nactor = "second"\n\n[[vary]]'
@@ -245,6 +252,7 @@ def test_the_objective_may_be_a_metric_of_one_s_own(tmp_path):
     assert main(["run", str(finding.file), "--tracker", crossing_ids.SPEC, "--out", str(tmp_path / "again")]) == 0
 
 
+@pytest.mark.slow
 def test_evaluations_with_errors_are_reused_unless_they_are_retried(tmp_path):
     study = Study.load(changed(tmp_path, "trials = 25", "trials = 4"))
     tracker, out = "sound", tmp_path / "out"

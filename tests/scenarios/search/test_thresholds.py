@@ -38,6 +38,7 @@ def document(out):
     return json.loads((out / "thresholds.json").read_text())
 
 
+@pytest.mark.slow
 def test_the_memory_of_a_tracker_is_found_in_eight_runs_of_each_setting(found):
     """The time without a beam is that of the scene within 0.3 s (`test_staged_scenes.py`)."""
     shown = document(found[1])
@@ -54,6 +55,7 @@ def test_the_memory_of_a_tracker_is_found_in_eight_runs_of_each_setting(found):
     assert (found[1] / "thresholds.png").stat().st_size > 0
 
 
+@pytest.mark.slow
 def test_a_restart_repeats_no_run_and_gives_the_same(found, tmp_path):
     """Rows of half of the runs, as after a kill."""
     study, out = found
@@ -67,6 +69,7 @@ def test_a_restart_repeats_no_run_and_gives_the_same(found, tmp_path):
     assert document(again) == document(out)
 
 
+@pytest.mark.slow
 def test_runs_with_errors_are_run_again_only_if_asked(found, tmp_path):
     study, out = found
     with RowStore.opened(out) as rows, RowStore.opened(tmp_path) as copy:

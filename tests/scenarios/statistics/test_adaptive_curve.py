@@ -67,6 +67,7 @@ def test_a_trial_of_several_outcomes_counts_by_its_share():
         assert curve._posterior == pytest.approx(likelihood / likelihood.sum(), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_intervals_of_twenty_trials_hold_both_thresholds():
     """Curves drawn from a range of steepness, with and without lapses of 2 %."""
     rng, held = np.random.default_rng(11), []
@@ -84,6 +85,7 @@ def holds(curve, truths):
     return [low - 1e-9 <= truth <= high + 1e-9 for (low, high), truth in zip(intervals, truths, strict=True)]
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_thresholds_of_a_slow_decline_before_a_sharp_drop():
     """A curve that is in no grid: linear from 1 at 2.0 to 0.7 at the drop, which is at 2.6 to 3.0."""
     rng, held = np.random.default_rng(12), []

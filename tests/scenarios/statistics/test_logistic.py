@@ -55,6 +55,7 @@ def test_weights_are_repetitions_and_every_row_is_a_fit_of_its_own():
         assert together.intercept[row] == pytest.approx(alone.intercept[0], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_resampled_intervals_hold_the_threshold_of_clustered_outcomes():
     """40 clusters of 3 observations with a shift each; the median curve has its threshold at 2."""
     rng, held = np.random.default_rng(1), 0

@@ -4,21 +4,22 @@ import subprocess
 import sys
 
 import pytest
+from support.few import few
 from support.optional import need
 
 OPTIONAL = {"dask", "distributed", "fsspec", "optuna", "mcap", "mcap_ros2"}
 
 
-@pytest.mark.parametrize(
-    "module",
-    [
-        "luxloop.scenarios.cli",
-        "luxloop.scenarios.study.study_file",
-        "luxloop.scenarios.study.study_page",
-        "luxloop.scenarios.study.sweep_runs",
-        "luxloop.scenarios.search.adversary",
-    ],
+MODULES = (
+    "luxloop.scenarios.cli",
+    "luxloop.scenarios.study.study_file",
+    "luxloop.scenarios.study.study_page",
+    "luxloop.scenarios.study.sweep_runs",
+    "luxloop.scenarios.search.adversary",
 )
+
+
+@pytest.mark.parametrize("module", few(MODULES, "luxloop.scenarios.cli"))
 def test_importing_a_module_loads_no_optional_package(module):
     if "search" in module:
         need("search")  # tomli_w, which is small, is imported with the module

@@ -1,9 +1,11 @@
 """Scenes with moving traffic, rows of narrow occluders and a failed unit, by the ground truth of the sensor."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.few import few
 
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.study.scenes.scene_parts import BEFORE_S
@@ -50,7 +52,7 @@ def test_the_points_in_front_of_the_hidden_car_are_on_the_bus():
     assert np.count_nonzero(truth.actor_id == bus) > 200
 
 
-@pytest.mark.parametrize("kind", ["poles", "fence", "foliage"])
+@pytest.mark.parametrize("kind", few(["poles", "fence", "foliage"], "fence"))
 @pytest.mark.parametrize("cover", [0.2, 0.6])
 def test_a_row_covers_the_given_share_of_the_car(kind, cover):
     """From one to two seconds after the first piece, the car is behind the row for all units that see it."""
@@ -63,10 +65,15 @@ def test_a_row_covers_the_given_share_of_the_car(kind, cover):
     assert flicker > 0.03 if kind == "poles" else flicker < 0.25
 
 
+@cache
+def seen_with_all_units():
+    return seen(hidden_behind_wall(1.0, 10.0))
+
+
 @pytest.mark.parametrize("unit", ["front left", "side left", "rear left"])
 def test_the_failed_unit_is_silent_and_the_others_see_what_they_saw(unit):
     names = [mount.name for mount in load_rig("srx_six_lux", Path()).mounts]
-    with_all, (_, hits_before, _) = seen(hidden_behind_wall(1.0, 10.0))
+    with_all, (_, hits_before, _) = seen_with_all_units()
     scans, (time, hits, _) = seen(hidden_with_failed_unit(unit, 1.0))
     points, before = (
         np.array([np.bincount(scan.unit, minlength=len(names)) for _, scan, _ in one]) for one in (scans, with_all)

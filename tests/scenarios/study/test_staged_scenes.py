@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.few import few
 
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.study.scenes.hidden_vehicles import BRAKING_MPS2, SIDEWAYS_MPS2, hidden_behind_wall
@@ -42,7 +43,7 @@ def visibility(document, seed=1):
 
 
 @pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
-@pytest.mark.parametrize(("occlusion_s", "speed_mps"), [(0.5, 20.0), (3.0, 5.0)])
+@pytest.mark.parametrize(("occlusion_s", "speed_mps"), few([(0.5, 20.0), (3.0, 5.0)], 0.5))
 def test_the_car_is_completely_hidden_for_the_given_time(occlusion_s, speed_mps, manoeuvre):
     """Fails if a LIDAR sees past the end of the wall, or if the wall is longer than necessary.
 
@@ -58,7 +59,7 @@ def test_the_car_is_completely_hidden_for_the_given_time(occlusion_s, speed_mps,
 
 
 @pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
-@pytest.mark.parametrize(("occlusion_s", "speed_mps"), [(0.5, 20.0), (3.0, 5.0)])
+@pytest.mark.parametrize(("occlusion_s", "speed_mps"), few([(0.5, 20.0), (3.0, 5.0)], 0.5))
 def test_a_bowed_car_is_hidden_as_long_and_seen_later_by_each_unit_that_can(occlusion_s, speed_mps, manoeuvre):
     """A braking car may leave the side unit's field of view, by its bowed corner, before the rear unit sees it."""
     seen = [
@@ -77,7 +78,7 @@ def test_a_bowed_car_is_hidden_as_long_and_seen_later_by_each_unit_that_can(occl
     assert np.all(time[again] < BEFORE_S + occlusion_s + 0.8)
 
 
-@pytest.mark.parametrize("occlusion_s", [0.5, 3.0])
+@pytest.mark.parametrize("occlusion_s", few([0.5, 3.0], 0.5))
 @pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
 def test_the_manoeuvre_happens_while_hidden_with_bounded_acceleration(occlusion_s, manoeuvre):
     """Fails on a wrong manoeuvre, one that starts in view, or one above 2 m/s^2."""

@@ -198,6 +198,7 @@ def test_every_figure_is_written_as_a_non_blank_png(study, rows, tmp_path):
         assert np.ptp(imread(file)[..., :3]) > 0.5
 
 
+@pytest.mark.slow
 def test_figures_are_also_written_in_the_formats_asked_for(study, rows, tmp_path):
     report(Sweep(study, rows, 13), tmp_path, ["svg", "pdf"])
     names = sorted(path.name for path in (tmp_path / "pictures").iterdir())

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pytest
 from support.paths import DOCS
 
 from luxloop.scenarios.files.scenario import schema_text
@@ -30,6 +31,7 @@ def test_the_committed_schema_is_current():
     assert (DOCS.parent / "scenarios" / "schema" / "study.schema.json").read_text() == schema_text(Study)
 
 
+@pytest.mark.slow
 def test_the_example_has_the_stated_number_of_runs(tmp_path: Path):
     path = tmp_path / "study.toml"
     path.write_text(re.search(r"```toml\n(.*?)```", TEXT, re.DOTALL)[1])

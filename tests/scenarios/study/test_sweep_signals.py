@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from support.optional import need
 
 CLUSTER = """
@@ -21,6 +22,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_workers_and_resource_tracker_outlive_the_signals_of_a_terminal(tmp_path: Path):
     """A tracker that dies of SIGHUP is started again, and prints a traceback for each lock that it does not know."""
     need("sweeps")

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from luxloop.sensor_model.bodies.solids import Plane, box
@@ -30,7 +30,6 @@ def test_corners_of_a_box(depth_m, shift_m):
     np.testing.assert_allclose(sorted_rows(found), sorted_rows(expected), atol=1e-7)
 
 
-@settings(max_examples=60)
 @given(st.lists(st.tuples(*[st.floats(-1.0, 1.0)] * 3), min_size=1, max_size=12), st.floats(0.06, 0.5))
 def test_planes_without_a_face_do_not_change_corners(normals, distance):
     """All corners fulfil all planes, and the planes that are dropped are fulfilled by all corners of the others."""

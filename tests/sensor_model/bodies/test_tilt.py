@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.sensor_scenes import (
     CENTRE_RAY,
@@ -224,7 +224,6 @@ def test_faces_are_those_of_the_body_not_of_its_tilt(kind, attitude):
     articulation=st.just(0.0) | st.floats(-1.0, 1.0),
     kind=st.sampled_from([Kind.CAR, Kind.TRAILER_TRUCK, Kind.BICYCLE]),
 )
-@settings(max_examples=15)
 def test_tilted_solids_have_the_tilted_corners(kind, **spec):
     """Each corner, rotated by the matrix, lies on the tilted planes that it lay on, and in the boxes."""
     _, bodies, *_ = placed_scene(LUX_RIG, CENTRE_RAY, world(ActorSpec(12.0, 1.0, kind=kind, **spec)))

@@ -5,7 +5,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.sensor_scenes import (
     CENTRE_RAY,
@@ -171,7 +171,6 @@ def assert_same(some, others):
 @given(
     sides=st.lists(WALL, max_size=20), limits=st.lists(LIMIT, max_size=9), steps=st.lists(STEP, min_size=1, max_size=4)
 )
-@settings(max_examples=40)
 def test_culling_of_walls_changes_no_scan(sides, limits, steps):
     """Fails if culling drops a wall that a beam may hit, directly or by a mirror, or changes the order of walls."""
     poses = np.cumsum(steps, axis=0)
@@ -180,7 +179,6 @@ def test_culling_of_walls_changes_no_scan(sides, limits, steps):
 
 
 @given(seed=st.integers(0, 1000))
-@settings(max_examples=10)
 def test_order_of_obstacles_changes_no_scan(seed):
     """Fails if results depend on a wall's index. Here no walls coincide; of coinciding walls the first is hit."""
     rng = np.random.default_rng(seed)

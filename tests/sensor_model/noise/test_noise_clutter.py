@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_noise
 from support.noise_scenes import ALL, BEAMS, HARD, RIG, healthy, returns, thresholds, within
@@ -43,7 +43,6 @@ def of(beam, range_, part=Part.NONE, cause=Cause.FALSE_ALARM, beams=BEAMS):
 
 
 @given(rate=st.sampled_from([1.0, 0.3, 0.01, 1e-6, 1e-300]), frame=st.integers(0, 2**32 - 1))
-@settings(max_examples=30)
 def test_rare_beams_equal_reference_implementation(rate, frame):
     unit_beam = np.array([0, 7, 7, 30])
     expected = naive_noise.rare_beams(KEY, frame, 6, unit_beam, rate)
@@ -173,7 +172,6 @@ ranges = st.lists(st.floats(0.3, 30.0), max_size=8).map(sorted)
 
 
 @given(beams=st.lists(ranges, max_size=5), separation=st.floats(0.0, 6.0), echoes_max=st.integers(1, 3))
-@settings(max_examples=200)
 def test_separate_echoes_equal_reference_implementation(beams, separation, echoes_max):
     beam = np.repeat(np.arange(len(beams)), [len(each) for each in beams]).astype(np.int64)
     range_ = np.array([r for each in beams for r in each], dtype=np.float64)

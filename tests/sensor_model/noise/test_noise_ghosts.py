@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.naive_noise import mirrored_ray, moved
 from support.noise_scenes import ALL, BEAMS, context, returns
@@ -84,7 +84,6 @@ def seen(config=PERFECT, some=None, cast=wall, **circumstances):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=20)
 def test_bright_mirrors_equal_reference_implementation(seed):
     """Ego and bodies move and turn while the beams fire; only mirrors that are bright enough are found."""
     rng = np.random.default_rng(seed)

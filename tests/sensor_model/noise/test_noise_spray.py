@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.independence import dependence
 from support.naive_noise import cluster_echo
@@ -160,7 +160,6 @@ LATE = replace(BEAMS, time_offset=BEAMS.time_offset + 0.08)
 
 @pytest.mark.parametrize("beams", [BEAMS, LATE, beam_table(load_rig("roof_spinning_16", Path()))])
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=10)
 def test_echoes_equal_reference_implementation(beams, seed):
     """Units at random poses, a fast ego, clusters on all sides, some on the ego; a sweep of a full turn.
 

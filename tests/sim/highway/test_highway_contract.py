@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.few import few
 from support.traffic import documented_environments, frames, registered_environments
 
 from luxloop.sim.highway.highway_config import HighwayTraffic
@@ -14,6 +15,8 @@ from luxloop.sim.roster import EGO_ID
 from luxloop.sim.source import EgoCommand, TrafficEndedError
 
 ALL_IDS = documented_environments()
+QUICK = ("highway-fast-v0", "intersection-v1", "lane-keeping-v0", "parking-v0", "roundabout-v0")
+"""Environments of `make test`; `make slow` runs the others."""
 FRAMES, MANY = 80, 200
 RANGE_M = 150.0
 SEED = {"intersection-v2": 1}
@@ -66,7 +69,7 @@ def test_the_list_of_environments_is_complete():
 @pytest.mark.parametrize(
     ("env", "count"),
     [
-        *((env, MANY if env in LONG else FRAMES) for env in ALL_IDS),
+        *few(((env, MANY if env in LONG else FRAMES) for env in ALL_IDS), *QUICK),
         *(pytest.param(env, MANY, marks=pytest.mark.slow) for env in ALL_IDS if env not in LONG),
     ],
 )
@@ -125,7 +128,7 @@ def check_ids(seen):
     assert len({name for name, *_ in owner.values()}) == len(owner)
 
 
-@pytest.mark.parametrize("env", ALL_IDS)
+@pytest.mark.parametrize("env", few(ALL_IDS, *QUICK))
 def test_every_ego_executes_its_action(highway, env):
     """Fails if an action has no effect, or reaches another agent than the ego."""
     source, command = highway(env, ego="controlled"), action(env)

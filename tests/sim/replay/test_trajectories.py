@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from luxloop.sim.replay.recording import Recording, RoadUser
@@ -26,7 +26,6 @@ def along_x(times, speed=10.0):
     return [(time, speed * time, 0.0, 0.0) for time in times]
 
 
-@settings(max_examples=60)
 @given(
     st.lists(st.floats(0.1, 0.9), min_size=1, max_size=12),
     st.lists(st.integers(-3, 3), min_size=13, max_size=13),

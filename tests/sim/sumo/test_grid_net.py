@@ -5,12 +5,14 @@ import lzma
 import re
 import xml.etree.ElementTree as ET
 
+import pytest
 from support.paths import ROOT
 
 BENCHMARKS = ROOT / "benchmarks"
 RIGHT_OF_WAY = re.compile(r'(response|cont)="[01]+"')
 
 
+@pytest.mark.slow
 def test_a_grid_of_twenty_columns_has_the_elements_of_netgenerate(tmp_path):
     """The city of 1520 edges was built by netgenerate; the right of way of equal roads depends on their names."""
     grid_net = module("grid_net")

@@ -489,6 +489,7 @@ def test_a_run_repeats_exactly_after_another_run(sumo):
     assert digest(source) == first
 
 
+@pytest.mark.slow
 def test_runs_do_not_depend_on_hashes_of_names():
     program = f"""
 import hashlib

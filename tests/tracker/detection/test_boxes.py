@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
@@ -43,7 +43,6 @@ def test_other_sizes_are_rejected(size):
     assert len(fit_block(*size)) == 0
 
 
-@settings(max_examples=60)
 @given(st.floats(-30, 30), st.floats(-30, 30), st.floats(0, 1.57), st.floats(0.5, 18), st.floats(0.0, 3.0))
 def test_corner_is_the_nearest_of_four(x, y, heading, length, width):
     center, size = np.array([[x, y]]), np.array([[length, width]])
@@ -166,7 +165,6 @@ def test_reported_heading_deviation_matches_the_error():
 
 
 @pytest.mark.parametrize("variant", ["posterior", "alignment"])
-@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 60))
 def test_covariance_is_positive_definite(variant, seed, count):
     points = np.random.default_rng(seed).normal((15.0, 3.0), (1.5, 0.5), (count, 2))

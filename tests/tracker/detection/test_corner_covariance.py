@@ -1,7 +1,7 @@
 """Covariance of corner and heading with the heading variance of the selection."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.shapes import l_shape
 from support.stages import fit_points
@@ -10,7 +10,6 @@ from luxloop.tracker.detection import boxes
 from luxloop.tracker.records import Segments
 
 
-@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.floats(1e-6, 0.3))
 def test_the_corner_given_the_heading_is_unchanged(seed, variance):
     """The conditional mean of the corner stays; its conditional covariance gains the common error of the depths."""

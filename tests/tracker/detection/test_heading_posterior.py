@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_fit
 from support.shapes import l_shape, rotation
@@ -28,7 +28,6 @@ def arc(angle, radius=1.6, half_width=0.85, distance=20.0, count=60):
     return np.column_stack([distance + depth, across]) @ rotation(angle).T
 
 
-@settings(max_examples=30)
 @given(st.integers(0, 10_000), st.integers(2, 40))
 def test_costs_equal_the_reference(seed, count):
     rng = np.random.default_rng(seed)

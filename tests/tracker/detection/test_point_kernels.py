@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_points as naive
 
@@ -22,7 +22,6 @@ def labelled(seed, count=60, groups=4):
     return rng.normal(5.0, 3.0, (count, 2)), rng.permutation(label)
 
 
-@settings(max_examples=40)
 @given(st.lists(st.integers(-1, 4), max_size=40))
 def test_order_by_group_equals_the_reference(label):
     """Groups may be empty."""
@@ -30,7 +29,6 @@ def test_order_by_group_equals_the_reference(label):
         np.testing.assert_array_equal(ours, twin)
 
 
-@settings(max_examples=40)
 @given(seeds)
 def test_order_by_key_within_groups_equals_that_of_numpy(seed):
     """Keys are equal or in ascending runs, as those of the layers of a scan; groups may be empty."""
@@ -41,7 +39,6 @@ def test_order_by_key_within_groups_equals_that_of_numpy(seed):
     np.testing.assert_array_equal(by_key(key, offset), np.lexsort((key, group)))
 
 
-@settings(max_examples=40)
 @given(st.lists(st.integers(-4, 4) | st.integers(-(10**15), 10**15)), st.randoms())
 def test_order_by_number_is_stable(number, random):
     order = random.sample(range(len(number)), len(number))
@@ -50,7 +47,6 @@ def test_order_by_number_is_stable(number, random):
     )
 
 
-@settings(max_examples=40)
 @given(seeds)
 def test_means_and_extents_equal_the_reference(seed):
     points, label = labelled(seed)
@@ -60,14 +56,12 @@ def test_means_and_extents_equal_the_reference(seed):
     np.testing.assert_allclose(extents_along(points, label, 4, directions), twin)
 
 
-@settings(max_examples=40)
 @given(st.lists(st.integers(-5, 5)), st.sets(st.integers(-5, 5)))
 def test_contained_cells_equal_those_of_a_set(cells, known):
     found = contained(np.array(cells, np.int64), np.array(sorted(known), np.int64))
     assert found.tolist() == [cell in known for cell in cells]
 
 
-@settings(max_examples=40)
 @given(seeds)
 def test_kept_points_equal_the_reference(seed):
     """About half of the points break one of the conditions."""
@@ -78,7 +72,6 @@ def test_kept_points_equal_the_reference(seed):
     np.testing.assert_array_equal(kept_points(points, time, *limits), naive.kept_points(points, time, *limits))
 
 
-@settings(max_examples=40)
 @given(seeds)
 def test_box_points_equal_the_reference(seed):
     rng = np.random.default_rng(seed)
@@ -96,7 +89,6 @@ def test_box_points_equal_the_reference(seed):
             np.testing.assert_allclose(ours[b], expected, atol=1e-12)
 
 
-@settings(max_examples=40)
 @given(seeds, st.booleans())
 def test_truncated_points_equal_the_reference(seed, known):
     """Two channels of beams 1 s apart, some lost, on two segments with ranges that differ by the limit or more."""

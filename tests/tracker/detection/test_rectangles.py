@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_fit
 from support.shapes import l_shape, rotation
@@ -59,7 +59,6 @@ def test_variance_by_hand():
     assert criteria(points, 0.0)[2] == pytest.approx(-(0.01 + 0.14 / 9))
 
 
-@settings(max_examples=60)
 @given(st.integers(0, 10_000), st.integers(1, 60), st.integers(0, 2))
 def test_hull_reaches_as_far_as_the_points_in_every_direction(seed, count, digits):
     """Rounded to few digits, points coincide and are collinear."""
@@ -84,7 +83,6 @@ def test_nearer_side_is_chosen_once_for_all_points():
     assert criteria(points, 0.0)[1] == pytest.approx(expected)
 
 
-@settings(max_examples=60)
 @given(st.integers(0, 10_000), st.integers(3, 40), st.floats(0.0, 1.57))
 def test_criteria_equal_the_reference(seed, count, angle):
     points = np.random.default_rng(seed).normal((10.0, -5.0), (2.0, 1.0), (count, 2))
@@ -107,7 +105,6 @@ def test_search_finds_the_best_of_a_fine_brute_force(seed):
     assert np.all(reached >= coarse)
 
 
-@settings(max_examples=60)
 @given(st.floats(0.0, np.pi / 2, exclude_max=True))
 def test_closeness_and_variance_find_a_clean_l_below_the_grid(heading):
     """A grid of 1 degree has an error of up to 0.5, also across the wrap from 89.9 to 0 degrees."""
@@ -237,7 +234,6 @@ def test_invalid_settings_are_rejected_by_name(values):
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 40))
-@settings(max_examples=30)
 def test_extents_equal_the_reference(seed, count, more):
     rng = np.random.default_rng(seed)
     parts = [rng.normal([8.0, 3.0], [1.5, 0.6], (n, 2)) for n in (count, more)]

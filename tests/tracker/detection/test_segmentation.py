@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from support import naive_fit
@@ -35,7 +35,6 @@ def make_scan(points, flags=0, echo=0):
     )
 
 
-@settings(max_examples=60)
 @given(arrays.arrays(float, st.tuples(st.integers(1, 60), st.just(2)), elements=st.floats(-6, 6, width=32)))
 def test_components_equal_those_of_all_pairs(points):
     """A cell window that is too narrow, or the radius of the wrong point, loses a pair."""
@@ -187,7 +186,6 @@ def equals_those_of_the_scan(found, points, segments, columns):
         np.testing.assert_array_equal(mine, of_scan[found.source])
 
 
-@settings(max_examples=20)
 @given(st.integers(0, 10_000))
 def test_points_are_sorted_by_segment_in_the_order_of_the_scan(seed):
     points, segments, columns = random_segments(seed)
@@ -199,7 +197,6 @@ def test_points_are_sorted_by_segment_in_the_order_of_the_scan(seed):
         np.testing.assert_array_equal(xy[first[s] : first[s + 1]], expected)
 
 
-@settings(max_examples=20)
 @given(st.integers(0, 10_000))
 def test_points_sorted_again_are_those_of_the_other_segments(seed):
     """Points may leave a segment, and a segment may go."""

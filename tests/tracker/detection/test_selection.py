@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
@@ -81,7 +81,6 @@ def test_a_single_point_does_not_affect_the_choice():
     assert off_quarter(with_mirror.heading[0, -1], 0.3) == pytest.approx(0.0, abs=0.1)
 
 
-@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(1, 60))
 def test_local_density_equals_the_reference(seed, count):
     """The bins interpolate the kernel over a quarter of its radius."""
@@ -90,7 +89,6 @@ def test_local_density_equals_the_reference(seed, count):
     np.testing.assert_allclose(local_density(place), naive_fit.kernel_sum(place, 0.08), atol=0.1 * count**0.5)
 
 
-@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 40), st.floats(0.0, 1.57))
 def test_misalignment_equals_the_reference(seed, count, heading):
     points = np.random.default_rng(seed).normal((20.0, 5.0), (2.0, 0.3), (count, 2))
@@ -124,7 +122,6 @@ def test_the_paper_variant_refines_no_heading():
     assert METHODS[found.best[0]] != "refined"
 
 
-@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(1, 30), st.lists(st.floats(0.0, 1.57), min_size=4, max_size=4))
 def test_distances_equal_the_reference(seed, count, headings):
     rng = np.random.default_rng(seed)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy
+from support.few import few
 from support.shapes import stairs, star
 from support.stages import as_one_segment
 
@@ -43,7 +44,7 @@ SEEDS = pytest.mark.parametrize("seeds", [5, pytest.param(20, marks=pytest.mark.
 
 
 @SEEDS
-@pytest.mark.parametrize(("outliers", "at_most", "original"), [(0, 0.06, 0.062), (250, 0.11, 0.139)])
+@pytest.mark.parametrize(("outliers", "at_most", "original"), few([(0, 0.06, 0.062), (250, 0.11, 0.139)], 0))
 def test_the_lines_of_stars_are_separated(outliers, at_most, original, seeds):
     """Five chords of the unit circle, 50 points each, sigma 0.0075, and uniform outliers in [-1, 1]^2.
 
@@ -63,7 +64,7 @@ def test_the_lines_of_stars_are_separated(outliers, at_most, original, seeds):
 
 
 @SEEDS
-@pytest.mark.parametrize(("std", "at_most"), [(0.0075, 0.15), (0.015, 0.35)])
+@pytest.mark.parametrize(("std", "at_most"), few([(0.0075, 0.15), (0.015, 0.35)], 0.0075))
 def test_the_steps_of_stairs_are_separated(std, at_most, seeds):
     """Four parallel segments of 50 points each, and 60 % outliers in the unit square.
 

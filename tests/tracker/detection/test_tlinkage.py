@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_faces, naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
@@ -97,7 +97,6 @@ def test_stages_equal_the_reference(seed):
     np.testing.assert_array_equal(lines.assign(points, sides, 0.3), naive_fit.assign(points, sides, 0.3))
 
 
-@settings(max_examples=100)
 @given(st.integers(0, 10_000), st.integers(1, 9), st.floats(0.2, 0.9))
 def test_merging_equals_the_reference_for_any_preferences(seed, count, density):
     """Cached neighbours must never hide the least distance."""
@@ -169,14 +168,12 @@ def test_faces_equal_the_reference(seed):
         )
 
 
-@settings(max_examples=30)
 @given(st.lists(st.sampled_from([0.0, 0.5, 1.0, 2.0, 7.0]) | st.floats(0.0, 9.0), min_size=1, max_size=40))
 def test_the_median_is_that_of_numpy(values):
     spare = np.array([*values, -1.0])  # values after the first `count` have no effect
     assert faces.median(spare, len(values)) == np.median(values)
 
 
-@settings(max_examples=50)
 @given(st.integers(0, 10_000), st.floats(0.0, np.pi))
 def test_line_fit_equals_singular_values(seed, angle):
     points = np.random.default_rng(seed).normal(0.0, [2.0, 0.1], (12, 2)) @ rotation(angle).T + [30.0, -20.0]
@@ -185,7 +182,6 @@ def test_line_fit_equals_singular_values(seed, angle):
     np.testing.assert_allclose(ours * np.sign(ours @ twin), twin, atol=1e-9)
 
 
-@settings(max_examples=50)
 @given(st.integers(3, 120), st.integers(3, 120), st.integers(1, 90))
 def test_chance_equals_the_binomial_tail(count, support, percent):
     """Summed in integers, because probabilities are as low as 10^-200."""
@@ -202,7 +198,6 @@ def test_chance_equals_the_binomial_tail(count, support, percent):
 # --- cars -----------------------------------------------------------------------------------
 
 
-@settings(max_examples=40)
 @given(st.floats(0.0, 1.57), st.integers(0, 1000))
 def test_an_l_is_two_lines_at_any_heading(heading, seed):
     linkage = link(noisy_l(seed, heading))

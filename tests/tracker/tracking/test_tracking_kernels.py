@@ -20,7 +20,7 @@ from luxloop.tracker.tracking.filters import FilterConfig, motion
 from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
 from luxloop.tracker.tracking.mma import MmaConfig, changes
 from luxloop.tracker.tracking.observations import Observations, turned_covariances
-from luxloop.tracker.vehicle_classes import GRID_M
+from luxloop.tracker.vehicle_classes import GRID_M, side_probabilities
 
 TRACKS, BOXES = 7, 9
 FLOOR, TAIL_DOF = 1e-9, 4.0
@@ -275,8 +275,8 @@ def test_sizes_equal_the_reference_after_any_views(rng):
     likelihoods, views = np.zeros((2, 2, len(GRID_M))), np.zeros((2, 2), dtype=np.int64)
     for _ in range(20):
         observed, whole = rng.uniform(0.1, (6.0, 3.0)), rng.choice([False, True], 2)
-        found = vehicle_size.add_view_and_estimate(*likelihoods, views, observed, whole, hidden)
-        expected = naive_sizes.estimate(likelihoods.sum(axis=0), vehicle_size.CLASS_FRACTION, vehicle_size.PRIOR)
+        found = vehicle_size.add_view_and_estimate(*likelihoods, views, observed, whole, hidden, side_probabilities())
+        expected = naive_sizes.estimate(likelihoods.sum(axis=0), *side_probabilities())
         np.testing.assert_allclose(found, expected, rtol=1e-9)
     assert (views[0] >= views[1]).all()
     assert (views[0] > 10).all()
