@@ -75,6 +75,8 @@ def test_fused_scans_have_the_bytes_of_the_drivers(fusion, run, frames):
         for unit, mount in enumerate(run.rig.mounts):
             at = 24 + 148 * unit
             assert struct.unpack_from(">BBH", body, at) == (unit + 1, 6, frame.index)
+            # the two mirror faces sweep from 50 to -50 and from 34.75 to -59.75 degrees
+            np.testing.assert_allclose(struct.unpack_from(">2f", body, at + 8), np.deg2rad([50.0, -59.75]), rtol=1e-6)
             np.testing.assert_allclose(struct.unpack_from(">f", body, at + 48), mount.model.scan_rate_hz)
             pose = [*np.deg2rad([mount.yaw_deg, mount.pitch_deg, mount.roll_deg]), mount.x_m, mount.y_m, mount.z_m]
             np.testing.assert_allclose(struct.unpack_from(">6f", body, at + 60), pose, rtol=1e-6)

@@ -95,6 +95,15 @@ def test_road_users_are_read_with_their_boxes(write):
     assert not np.diff(read.pose[parked], axis=0).any()
 
 
+def test_the_box_of_an_outline_beside_its_position_is_turned_with_it(write):
+    """Positions are the rear right corner; ahead is north, and left is west."""
+    corners = "".join(f"<point><x>{x}</x><y>{y}</y></point>" for x, y in ((0, 0), (4, 0), (4, 2), (0, 2)))
+    path = write(dynamic(11, "car", f"<polygon>{corners}</polygon>", [(5.0, 9.0, np.pi / 2)] * 3))
+    read = read_traffic(path, {})
+    assert read.users[0].size[:2] == pytest.approx((4.0, 2.0))
+    assert read.pose[0] == pytest.approx([5.0 - 1.0, 9.0 + 2.0, np.pi / 2])
+
+
 def test_other_types_are_static_obstacles(write):
     building = (
         '<environmentObstacle id="21"><type>building</type><shape><polygon><point><x>10</x><y>5</y></point>'

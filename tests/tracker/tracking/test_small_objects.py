@@ -124,3 +124,17 @@ def test_the_way_of_a_track_has_its_predicted_part():
         ahead = boxes([(8.0 + 1.5 * DT * step, 2.0 + 2.0 * DT * step)])
         small_tracks.update(tracks, ahead, np.array([0]), np.array([0]))
     assert tracks.way_m[0] == pytest.approx(4 * 2.5 * DT)
+
+
+def test_the_way_of_a_track_joins_its_estimates_at_successive_observations():
+    """Boxes lie ahead of the predicted places, beside them and behind them; one scan of each pair has no box."""
+    tracks = small_tracks.start(boxes([(8.0, 2.0)]), FIRST_ID)
+    tracks.mean[0, 2:] = 1.5, 2.0
+    way, rows = 0.0, np.array([0])
+    for apart in ((0.3, 0.4), (0.4, -0.3), (-0.3, -0.4)):
+        before = tracks.mean[0, :2].copy()
+        small_tracks.predict(tracks, DT)
+        small_tracks.predict(tracks, DT)
+        small_tracks.update(tracks, boxes([tracks.mean[0, :2] + apart]), rows, rows)
+        way += float(np.linalg.norm(tracks.mean[0, :2] - before))
+    assert tracks.way_m[0] == pytest.approx(way)

@@ -116,6 +116,16 @@ def test_other_vehicles_do_not_show_the_side_of_traffic():
     assert side.log_odds == 5.0
 
 
+@pytest.mark.parametrize(("left_m", "limit", "back"), [(3.5, 5.0, 4.0), (-3.5, -5.0, -4.0)])
+def test_the_belief_in_a_side_of_traffic_is_limited(left_m, limit, back):
+    """After many vehicles on one side, of which none counts twice, one on the other side counts as at first."""
+    side, ego = TrafficSide(), np.zeros(3)
+    side.observe(*oncoming(left_m, range(100)), ego)
+    assert side.log_odds == limit
+    side.observe(*oncoming(-left_m, [100]), ego)
+    assert side.log_odds == back
+
+
 def test_many_neighbours_are_limited():
     crowd = flow_of(*[(1.0, 0.0, EAST)] * 1000)
     assert crowd.axis_log_odds(ORIGIN, EAST) == pytest.approx(0.7 + 2.0, abs=1e-3)
