@@ -1,9 +1,8 @@
 """Versions of the packages that can change a result. Fast to import."""
 
 import platform
-import re
 from functools import cache
-from importlib.metadata import PackageNotFoundError, distribution
+from importlib.metadata import version
 
 from luxloop import plugins
 from luxloop.scenarios.errors import InputError
@@ -31,14 +30,6 @@ def require_unchanged() -> None:
     for package, found in now.items():
         if before[package] != found:
             raise InputError(f"{package} {before[package]} was replaced by {found} during the run; run it again")
-
-
-def version(package: str) -> str:
-    """Return the installed version of a package; `importlib.metadata.version` parses all of its metadata."""
-    metadata = distribution(package).read_text("METADATA") or ""
-    if (found := re.search(r"^Version: (.*)$", metadata, re.MULTILINE)) is None:
-        raise PackageNotFoundError(package)
-    return found[1]
 
 
 def _found() -> Versions:

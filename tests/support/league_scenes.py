@@ -4,7 +4,7 @@ from pathlib import Path
 
 SCENE = """\
 description = "A car ahead and one that comes the other way."
-duration_s = 1.6
+duration_s = 2.0
 
 [traffic]
 kind = "scripted"

@@ -43,9 +43,11 @@ PLAIN = (
     SCENE.replace("[noise.outliers]\nenabled = true\nrate = 0.02", "[noise]\nideal = true")
     .replace("[traffic]\n", "[noise.layer_overlap]\nenabled = false\n[traffic]\n")
     .replace("yaw_deg = 25", "yaw_deg = -20")
+    .replace("speed_mps = 8 }", "speed_mps = 7 }")
 )
 """Variant with an ideal car, flat faces and no outliers: the fits are as exact as the noise of ranges permits, so that
-biases and drifts of a few centimetres stand out. The standing car is turned so that its track is soon confirmed."""
+biases and drifts of a few centimetres stand out. The standing car is turned so that its track is soon confirmed, and
+the passing one is slower, so that it is followed for longer."""
 CAUSES = ("mirror", "layer_overlap", "range_outlier")
 """Causes of noise in this scene."""
 
@@ -94,7 +96,7 @@ def test_exact_scene_exercises_the_fits_and_every_model():
     assert sound("fit.coverage", PLAIN) > 0.9
     assert sound("fit.within_2deg", PLAIN) > 0.9
     assert all(
-        run(planted_faults.Sound, PLAIN).metrics[f"mma.selected{{mode={mode},model=ca}}"].n >= 30 for mode in MODELS
+        run(planted_faults.Sound, PLAIN).metrics[f"mma.selected{{mode={mode},model=ca}}"].n > 30 for mode in MODELS
     )
 
 
