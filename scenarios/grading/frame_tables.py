@@ -298,7 +298,7 @@ class TableBuilder:
     """
 
     def __init__(self, schema: Schema) -> None:
-        self._schema, self._first = schema, next(iter(schema))
+        self._schema = schema
         self._spool = ColumnSpool()
         self._parts: list[Mapping[str, npt.NDArray[Any]]] = []
         self._frames: list[int] = []
@@ -323,7 +323,7 @@ class TableBuilder:
         self._parts.append(columns)
         self._frames.append(frame.index)
         self._times.append(frame.time)
-        self._rows.append(len(columns[self._first]))
+        self._rows.append(len(next(iter(columns.values()))))
         if len(self._rows) == CHUNK_FRAMES:
             self._spool_chunk()
 

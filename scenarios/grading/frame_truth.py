@@ -135,9 +135,7 @@ class FrameTruth:
         range_m = np.hypot(pose_ego[:, 0], pose_ego[:, 1])
         row = point_rows(truth.actor_id, actors.id)
         points = np.bincount(row[row >= 0], minlength=len(actors))
-        bent = np.zeros(len(actors), np.bool_)
-        if actors.is_bent:
-            bent = bend(actors.joint_angles) > np.deg2rad(config.bent_deg)
+        bent = bend(actors.joint_angles) > np.deg2rad(config.bent_deg)
         gradable = IS_VEHICLE[actors.kind] & (range_m <= config.range_max_m) & (points >= config.points_min)
         masked = np.zeros(len(actors), np.bool_) if events is None else events.masked
         near = (range_m <= config.vulnerable_range_max_m) & (points >= config.vulnerable_points_min)
