@@ -86,3 +86,12 @@ def test_a_body_tilts_gradually_over_a_kink():
     height, slope = ground_contact(terrain, np.zeros((1, 3)), CAR, None)
     assert height == pytest.approx([0.06 * wheelbase / 4])
     assert slope[0] == pytest.approx([-math.atan(0.03), 0.0])
+
+
+def test_a_body_beside_a_kink_along_the_road_has_the_height_of_its_wheels():
+    """On the crown of a road that falls by 4 % to both sides, all wheels are half a track away from it."""
+    fall = -0.04 * np.abs(2.0 * np.arange(-5, 6))
+    terrain = Terrain(np.array([-10.0, -10.0]), 2.0, np.repeat(fall[None], 11, axis=0))
+    height, slope = ground_contact(terrain, np.zeros((1, 3)), CAR, None)
+    assert height == pytest.approx([-0.04 * 1.53 / 2])
+    assert slope[0] == pytest.approx([0.0, 0.0])

@@ -2,10 +2,19 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
 from luxloop.tracker.tracking.filters import FilterConfig, integrator, motion
-from luxloop.tracker.tracking.turning import Turn, axle_to_corner, motion_direction, real, transition_of, with_turn
+from luxloop.tracker.tracking.turning import (
+    SMALL_ANGLE,
+    Turn,
+    axle_to_corner,
+    motion_direction,
+    real,
+    transition_of,
+    turned_integrals,
+    with_turn,
+)
 
 RATE = 0.5
 ALL = FilterConfig(models=("stationary", "cv", "ca", "ctrv", "ctra", "two-axle"))
@@ -21,6 +30,14 @@ def test_constant_turn_moves_on_a_circle():
     assert state[:2] == pytest.approx([16.0, 16.0])
     assert state[2:4] == pytest.approx([0.0, 8.0], abs=1e-12)
     assert state[4:] == pytest.approx([-4.0, 0.0])  # centripetal: v^2 / r = 64 / 16
+
+
+@pytest.mark.parametrize("rate", [0.9 * SMALL_ANGLE, -0.9 * SMALL_ANGLE, 1.1 * SMALL_ANGLE, 2.0])
+def test_integrals_over_a_turn_equal_quadrature(rate):
+    """Below the small angle by their series, above it by their closed form."""
+    for power, found in enumerate(turned_integrals(rate, 1.0)):
+        expected = quad(lambda t, p=power: t**p * np.exp(1j * rate * t), 0.0, 1.0, complex_func=True)[0]
+        assert found == pytest.approx(expected, rel=1e-9)
 
 
 def test_accelerated_turn_equals_numerical_integration():
