@@ -153,15 +153,19 @@ def FillsTheDisk(_self, _scan):
         file.truncate(1 << 40)
 
 
+GRANDCHILDREN = {"LeavesGrandchild": ["sleep", "1000.375"], "LeavesGrandchildAndHangs": ["sleep", "1000.625"]}
+"""Odd programs by the tracker that leaves them: another process may test the other tracker at the same time."""
+
+
 @rogue
 def LeavesGrandchild(self, _scan):
-    subprocess.Popen(["sleep", "1000.375"], start_new_session=True)
+    subprocess.Popen(GRANDCHILDREN["LeavesGrandchild"], start_new_session=True)
     return self.fine()
 
 
 @rogue
 def LeavesGrandchildAndHangs(_self, _scan):
-    subprocess.Popen(["sleep", "1000.375"], start_new_session=True)
+    subprocess.Popen(GRANDCHILDREN["LeavesGrandchildAndHangs"], start_new_session=True)
     time.sleep(1e6)
 
 
