@@ -193,6 +193,8 @@ _NAMES = {
         "tracker.confirmation.vehicle_log_odds_max": "VEHICLE_LOG_ODDS_MAX",
         "tracker.confirmation.flat_log_odds": "FLAT_LOG_ODDS",
         "tracker.confirmation.motion_log_odds": "MOTION_LOG_ODDS",
+    },
+    "tracker/tracking/motion_evidence.py": {
         "tracker.confirmation.moved_views_min": "MOVED_VIEWS_MIN",
     },
     "tracker/tracking/existence.py": {

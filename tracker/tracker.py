@@ -10,6 +10,7 @@ from luxloop.arrays import Ints
 from luxloop.tracker.detection.boxes import small_boxes
 from luxloop.tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
 from luxloop.tracker.merging import MergeConfig
+from luxloop.tracker.occupancy import Occupancy
 from luxloop.tracker.records import NO_TRACK, Detection, OrientedBoxes, StepTrace, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracking.association import AssociationConfig, Associator, HungarianAssociator
@@ -22,6 +23,7 @@ from luxloop.tracker.tracking.hypotheses import HypothesisConfig, Predictions, h
 from luxloop.tracker.tracking.mma import MmaConfig
 from luxloop.tracker.tracking.model_selection import ModelSelection
 from luxloop.tracker.tracking.model_selection import model_selection as select_models
+from luxloop.tracker.tracking.motion_evidence import MotionEvidence
 from luxloop.tracker.tracking.observations import observe
 from luxloop.tracker.tracking.output import report
 from luxloop.tracker.tracking.prediction import predict
@@ -101,6 +103,7 @@ class Tracker:
         self._selection = model_selection or select_models(config.mma)
         self._settings = track_config(config)
         self._management = track_management or DefaultTrackManagement(config.merging, self._settings)
+        self._motion = MotionEvidence()
         self._small = SmallObjects()
         self._tracks = empty(config.filters.models)
         self._time: float | None = None
@@ -139,7 +142,9 @@ class Tracker:
         predictions = Predictions.of(tracks)
         hypotheses = hypothesise(predictions, observations, config.hypotheses)
         pairs = self._associator.associate(tracks, predictions, hypotheses, observations)
-        correct(tracks, assigned(hypotheses, observations, pairs), self._selection, self._settings, dt)
+        observed = assigned(hypotheses, observations, pairs)
+        correct(tracks, observed, self._selection, self._settings, dt)
+        self._motion.observe(tracks, observed, Occupancy.of(scan))
         terminate_lost(tracks, scan, config.existence)
         track_id = box_ids(tracks, pairs, len(observations))
         self._tracks = self._management.manage(tracks, observations, track_id, scan.ego_pose_odom, self._selection)

@@ -90,7 +90,7 @@ class OracleTrackManagement:
         context, shipped = self._context, self._shipped
         flow = shipped.flow(tracks, ego_pose)
         shipped.orient(tracks, flow)
-        shipped.settle(tracks)
+        shipped.settle(tracks, ego_pose)
         for rows in self._by_actor(tracks):
             shipped.merge(tracks, rows, selection)
         self._remove_duplicates(tracks)
@@ -177,9 +177,9 @@ class OracleConfirmation(DefaultTrackManagement):
         """Return a track management with the truth over the decisions of a real one."""
         return oracle_over(cls, DefaultTrackManagement, real, _active=Stage.CONFIRMATION in stages, _context=context)
 
-    def settle(self, tracks: TrackTable) -> None:
+    def settle(self, tracks: TrackTable, ego_pose: Floats) -> None:
         """Update the status of every track; the truth confirms those that were seen."""
-        super().settle(tracks)
+        super().settle(tracks, ego_pose)
         if self._active:
             self._confirm(tracks, np.flatnonzero(tracks.updated), self._context.track_actor(tracks)[tracks.updated])
 

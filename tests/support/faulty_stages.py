@@ -65,16 +65,16 @@ class AlwaysAccelerating(SelectedModel):
 class SlowConfirmation(DefaultTrackManagement):
     """Confirms no track before it has been seen many times."""
 
-    def settle(self, tracks):
-        super().settle(tracks)
+    def settle(self, tracks, ego_pose):
+        super().settle(tracks, ego_pose)
         tracks.status[(tracks.status == Status.CONFIRMED) & (tracks.hits < HITS)] = Status.TENTATIVE
 
 
 class LongSizes(DefaultTrackManagement):
     """Makes every vehicle longer than it is."""
 
-    def settle(self, tracks):
-        super().settle(tracks)
+    def settle(self, tracks, ego_pose):
+        super().settle(tracks, ego_pose)
         tracks.size[tracks.updated, 0] += LONGER_M  # every update estimates the size again
 
 

@@ -25,6 +25,7 @@ DT = 0.08
 CAR = np.array([4.7, 1.8])
 LIFE, MMA = ConfirmationConfig(), MmaConfig()
 CONFIG = TrackConfig(FilterConfig(), CornerConfig(), LIFE, ExistenceConfig())
+EGO = np.zeros(3)
 UNCUT = (False, False, False, False)
 
 
@@ -48,11 +49,11 @@ class OneTrack:
     def manage(self, flow):
         """Turn the vehicle to its likeliest direction, and update its status."""
         self._management.orient(self.table, flow)
-        self.settle()
+        self.settle(flow.ego_pose)
 
-    def settle(self):
-        """Update the status."""
-        self._management.settle(self.table)
+    def settle(self, ego_pose=EGO):
+        """Update the status beside an ego at x, y [m] and heading [rad] (3,)."""
+        self._management.settle(self.table, ego_pose)
 
     @property
     def record(self):

@@ -5,7 +5,6 @@ import pytest
 
 from luxloop.tracker.merging import MergeConfig, hull, may_be_one, merge_segments, one_vehicle
 from luxloop.tracker.records import OrientedBoxes, Segments
-from luxloop.tracker.tracking.confirmation import clear_of
 
 CONFIG = MergeConfig()
 
@@ -85,13 +84,6 @@ def test_a_vehicle_outside_the_scan_merges_no_segments():
     segments = Segments(label=np.array([0, 1]), count=2)
     merged = merge_segments(np.array([[0.0, 0.0], [5.0, 0.0]]), segments, pieces((90.0, 0.0, 0.0, 12.0, 2.5)))
     assert merged.label.tolist() == [0, 1]
-
-
-def test_a_wall_that_comes_into_view_overlaps_its_first_footprint():
-    first = (0.0, 5.0, 0.0, 4.0, 0.1)
-    assert clear_of((8.0, 5.0, 0.0, 20.0, 0.1), first) == (False, False)
-    assert clear_of((8.0, 5.0, 0.0, 4.5, 0.1), first) == (True, False)
-    assert clear_of((2.0, 6.0, np.pi / 2, 4.5, 1.8), first) == (False, False)
 
 
 def test_segments_joined_by_a_shared_one_are_one_vehicle():

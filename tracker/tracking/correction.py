@@ -5,7 +5,7 @@ import numpy as np
 from luxloop.arrays import Floats
 from luxloop.tracker.geometry import rotate_one
 from luxloop.tracker.tracking import corner, heading, mma, orientation, vehicle_size
-from luxloop.tracker.tracking.confirmation import check_motion, count_view, reacquire
+from luxloop.tracker.tracking.confirmation import count_view, reacquire
 from luxloop.tracker.tracking.existence import same_vehicle
 from luxloop.tracker.tracking.heading import HeadingFilter, heading_filter
 from luxloop.tracker.tracking.model_selection import ModelSelection
@@ -98,8 +98,6 @@ def follow(
         selection.summarise(tracks, observed.row[p : p + 1])
     count_view(tracks, t, size, untruncated, observed.flat.item(p))
     course = course_of(tracks, t, filtered)
-    if not tracks.left[t]:
-        check_motion(tracks, t, size, untruncated, observed.end_visible[p], sign, moving=course is not None)
     turn(tracks, t, heading.turns_to_front(tracks, t, course, filtered, dt))
 
 
@@ -124,7 +122,6 @@ def turn(tracks: TrackTable, t: int, quarters: int) -> None:
     if quarters == 0:
         return
     heading.turn_heading(tracks, t, quarters)
-    tracks.first_ends[t] = np.nan  # the ends of the object change their names
     tracks.corner_sign[t] = orientation.turn_sign(tracks.corner_sign[t], quarters)
     if quarters % 2:
         tracks.corner_variance[t] = tracks.corner_variance[t, ::-1].copy()

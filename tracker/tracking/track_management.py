@@ -17,6 +17,7 @@ from luxloop.tracker.tracking.observations import Observations, uncut
 from luxloop.tracker.tracking.track_config import TrackConfig
 from luxloop.tracker.tracking.track_table import CONFIRMED, DEAD, TENTATIVE, TrackTable, empty
 from luxloop.tracker.tracking.traffic_flow import TrafficFlow, TrafficSide
+from luxloop.tracker.tracking.vehicle_rows import IN_ROW_LOG_ODDS, in_row
 from luxloop.tracker.vehicle_classes import WIDE_M
 
 
@@ -73,7 +74,7 @@ class DefaultTrackManagement:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
         every, flow = np.arange(len(tracks)), self.flow(tracks, ego_pose)
         self.orient(tracks, flow)
-        self.settle(tracks)
+        self.settle(tracks, ego_pose)
         self.merge(tracks, every, selection)
         self.remove_duplicates(tracks, every)
         return self.start(
@@ -109,12 +110,15 @@ class DefaultTrackManagement:
             axis = others.axis_log_odds(place, tracks.yaw.item(t, 0))
             tracks.axis_log_odds[t] = heading.length_log_odds(tracks, t) + axis
 
-    def settle(self, tracks: TrackTable) -> None:
-        """Confirm or refute the tracks that were seen."""
+    def settle(self, tracks: TrackTable, ego_pose: Floats) -> None:
+        """Confirm or refute the tracks that were seen, by their views and motion, and by the rows that they are in."""
         settings = self._config.confirmation
         least = confirmation.log_odds(settings.confirm_probability)
+        log_odds = np.array([confirmation.vehicle_odds(tracks, t) for t in range(len(tracks))])
+        vehicles = tracks.confirmed_now & (log_odds >= least)
+        log_odds += IN_ROW_LOG_ODDS * in_row(tracks.boxes(tracks.size), vehicles, ego_pose)
         for t in np.flatnonzero(tracks.updated & tracks.alive).tolist():
-            odds = confirmation.vehicle_odds(tracks, t)
+            odds = log_odds.item(t)
             sure = tracks.axis_log_odds[t] >= orientation.TURN_LOG_ODDS
             if sure and tracks.hits[t] >= settings.confirm_hits and odds >= least:
                 tracks.status[t] = CONFIRMED
@@ -172,8 +176,6 @@ class DefaultTrackManagement:
         joined = tracks.joined(started)
         rows = np.arange(len(tracks), len(joined))
         selection.summarise(joined, rows)
-        for t in rows.tolist():
-            joined.birthplace[t] = confirmation.footprint(joined, t)
         return joined
 
 

@@ -16,6 +16,9 @@ from luxloop.tracker.tracking.corner import rotated
 from luxloop.tracker.tracking.vehicle_size import known, likely
 from luxloop.tracker.vehicle_classes import CAR_LONGEST_M, CLASSES, GRID_M, WIDE_M
 
+FACE_FRACTIONS = (0.2, 0.5, 0.8)
+"""Places on each visible face, as fractions of its extent from the tracked corner."""
+
 
 @dataclass(slots=True, eq=False)
 class TrackTable:
@@ -101,17 +104,11 @@ class TrackTable:
     shape_views: Ints
     """(T,) number of these views."""
     left: Bools
-    """(T,) mask of objects that have left their first place, or moved on after they were hidden."""
-    moved_before_hidden: Bools
-    """(T,)."""
+    """(T,) mask of objects that were seen to move."""
     moved_views: Ints
-    """(T,) successive observations in which a visible end was away from its first place."""
-    moving_views: Ints
-    """(T,) successive observations with a speed, since the vehicle was hidden."""
-    birthplace: Floats
-    """(T, 5) footprint to leave: x, y, heading, length, width; NaN until the next observation."""
-    first_ends: Floats
-    """(T, 2, 2, 2) tracked corner when the end of an axis and a sign (-1, 1) was first visible [m]; NaN before."""
+    """(T,) successive views with evidence of motion."""
+    first_places: Floats
+    """(T, P, 2) places on the faces that the object occupied in its first view [m], NaN before and for others."""
 
     def __len__(self) -> int:
         return len(self.id)
@@ -225,7 +222,7 @@ def empty(models: tuple[str, ...], rows: int = 0) -> TrackTable:
         "corner_variance": (2,), "yaw": (2,), "yaw_covariance": (2, 2), "second_yaw": (2,),
         "second_covariance": (2, 2), "contradicted_from": (2,), "size": (2,), "size_std": (2,),
         "size_likelihood": (2, g), "piece_likelihood": (2, g), "size_views": (2, 2), "visible_size": (2,),
-        "whole_views": (2,), "shape_evidence": (len(CLASSES),), "birthplace": (5,), "first_ends": (2, 2, 2),
+        "whole_views": (2,), "shape_evidence": (len(CLASSES),), "first_places": (2 * len(FACE_FRACTIONS), 2),
     }  # fmt: skip
     columns: dict[str, Any] = {}
     for field in fields(TrackTable)[1:]:
@@ -235,7 +232,7 @@ def empty(models: tuple[str, ...], rows: int = 0) -> TrackTable:
     return TrackTable(models, **columns)
 
 
-UNKNOWN = {"nis", "second_yaw", "birthplace", "first_ends"}
+UNKNOWN = {"nis", "second_yaw", "first_places"}
 """Columns that are NaN at first."""
 
 DTYPES: dict[Any, type] = {Floats: np.float64, Ints: np.int64, Bools: np.bool_}

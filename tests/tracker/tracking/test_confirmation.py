@@ -11,15 +11,11 @@ from luxloop.tracker.records import MODELS, Status
 from luxloop.tracker.tracking import confirmation as confirmation_module
 from luxloop.tracker.tracking.confirmation import (
     FLAT_LOG_ODDS,
-    LEFT_MARGIN_M,
     MOTION_LOG_ODDS,
-    MOVED_VIEWS_MIN,
     VEHICLE_LOG_ODDS_MAX,
     VIEW_LOG_ODDS_MAX,
     ConfirmationConfig,
-    check_motion,
     count_view,
-    footprint,
     reacquire,
     vehicle_odds,
     view_log_odds,
@@ -54,15 +50,12 @@ class Judge:
         self._config, self._table = ConfirmationConfig(**values), empty(MODELS, rows=1)
         self._table.prior_log_odds[0] = confirmation_module.log_odds(self._config.vehicle_prior)
         self._table.yaw[0, 0], self._table.visible_size[0] = heading, size
-        self._table.birthplace[0] = footprint(self._table, 0)
 
     def count(self, seen):
         count_view(self._table, 0, seen.size, seen.whole, seen.flat)
 
-    def check_motion(self, seen, corner, moving):
-        self._table.estimate[0, :2] = corner
-        if not self._table.left[0]:
-            check_motion(self._table, 0, seen.size, seen.whole, seen.exact, seen.sign, moving)
+    def leave(self):
+        self._table.left[0] = True
 
     def reacquire(self, same):
         reacquire(self._table, 0, same, self._config)
@@ -152,129 +145,49 @@ def test_a_flat_wall_as_long_as_a_lorry_is_refuted_or_stays_open(length_m):
     assert log_odds(wall, 1000) < 0.0
 
 
-# --- motion
-
-
-def moved(seen, corners, size=(0.0, 0.0), heading=0.0):
-    """Return True if an object whose tracked corner is at each of `corners` (K, 2) [m] has left its first place.
-
-    The corners are in the frame of an object with this heading.
-    """
-    size = np.asarray(size, dtype=float)
-    turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
-    judged = Judge(size, heading, vehicle_prior=0.5)
-    for corner in np.asarray(corners, dtype=float) @ turn:
-        judged.check_motion(seen, corner, moving=False)
-    return judged.log_odds == MOTION_LOG_ODDS
-
-
-REAR = view((0.1, 1.7), exact=(True, True))
-FAR = LEFT_MARGIN_M + 0.1
-
-
-@pytest.mark.parametrize("sign", [-1, 1], ids=["rear", "front"])
-def test_five_successive_views_of_an_end_away_from_its_first_place_are_motion(sign):
-    end = REAR._replace(sign=np.array([sign, sign]))
-    assert not moved(end, [(0, 0), *[(FAR, 0)] * 4], (4.0, 1.7))
-    assert moved(end, [(0, 0), *[(FAR, 0)] * 5], (4.0, 1.7))
-    assert not moved(end, [(0, 0), *[*[(FAR, 0)] * 4, (0, 0)] * 5], (4.0, 1.7))
-
-
-@pytest.mark.parametrize(("views", "counts"), [(4, False), (5, True)])
-def test_a_place_clear_of_the_first_one_is_motion_after_five_successive_views(views, counts):
-    """A wall between two vehicles that pass it moves along with them, and seems whole in some views."""
-    whole, cut = (view((4.0, 0.1), whole=(ends, True), exact=(False, False)) for ends in (True, False))
-    judged = Judge((4.0, 0.1), vehicle_prior=0.5)
-    judged.check_motion(whole, np.zeros(2), moving=False)
-    for seen in [*[whole] * 4, cut, *[whole] * views]:
-        judged.check_motion(seen, np.array([9.0, 0.0]), moving=False)
-    assert (judged.log_odds == MOTION_LOG_ODDS) is counts
-
-
-def test_an_end_within_the_margin_has_not_moved():
-    assert not moved(REAR, [(0, 0), *[(LEFT_MARGIN_M - 0.1, 0)] * 20], (4.0, 1.7))
-
-
-def test_an_end_behind_an_occluder_is_no_evidence_of_motion():
-    assert not moved(view((0.1, 1.7), exact=(False, False), whole=(False, False)), [(0, 0), *[(5, 0)] * 20], (9.0, 1.7))
-
-
-@pytest.mark.parametrize("heading", [0.0, 0.7, -math.pi / 4, 2.5])
-def test_a_single_face_that_moves_along_itself_is_no_evidence_of_motion(heading):
-    """A piece of wall between two moving occluders: the face across its direction would show its ends."""
-    piece = view((4.0, 0.1), whole=(False, True), exact=(True, True))
-    assert not moved(piece, [(0.5 * k, 0) for k in range(40)], (4.0, 0.1), heading)
-    assert moved(piece, [(0, 0.5 * k) for k in range(40)], (4.0, 0.1), heading)
-
-
-def test_another_end_has_its_own_first_place():
-    """The nearest corner changes from the rear to the front of a stationary car of 4.6 m."""
-    judged, seen = confirmation(), [view((4.6, 1.8), sign=(sign, -1)) for sign in (-1, 1)]
-    for k in range(20):
-        corner = np.array([4.6 * (k % 2) - 2.3, -0.9])
-        judged.check_motion(seen[k % 2], corner, moving=False)
-    assert judged.log_odds == 0.0
-
-
 # --- objects that reappear
-
-
-def reappeared(same, corners, moving=False):
-    """Return the judge of a vehicle that moved, was hidden, and reappears at each of some corners (K, 2) [m]."""
-    judged, size = confirmation(), (4.6, 1.8)
-    for corner in [(0.0, 0.0), *[(2.0 * FAR, 0.0)] * MOVED_VIEWS_MIN]:
-        judged.count(view(size))
-        judged.check_motion(REAR, np.array(corner), moving=True)
-    assert judged.log_odds > MOTION_LOG_ODDS
-    judged.reacquire(same)
-    for corner in corners:
-        judged.check_motion(REAR, np.array(corner), moving=moving)
-    return judged
 
 
 @pytest.mark.parametrize(("same", "probability"), [(0.0, 0.5), (1.0, 1.0), (0.4, 0.4 + 0.6 * 0.5)])
 def test_an_object_that_reappears_has_the_probability_of_both_cases(same, probability):
-    odds = math.exp(reappeared(same, []).log_odds)
+    """A vehicle that was seen to move was hidden. The other object has the prior of a new track."""
+    judged = confirmation()
+    judged.count(view((4.6, 1.8)))
+    judged.leave()
+    assert judged.log_odds > MOTION_LOG_ODDS
+    judged.reacquire(same)
+    odds = math.exp(judged.log_odds)
     assert odds / (1.0 + odds) == pytest.approx(probability, abs=1e-6)
 
 
-def test_an_object_that_stands_where_the_vehicle_did_not_is_not_in_motion():
-    """Its place, its ends and its views count from then on."""
-    judged = reappeared(0.0, [(9.0, 0.0)] * 20)
-    assert judged.log_odds == pytest.approx(0.0)
+def test_the_views_of_an_object_that_reappears_count_from_then_on():
+    judged = confirmation()
+    judged.count(view((9.0, 7.0)))
+    judged.reacquire(0.0)
     judged.count(view((2.2, 1.0)))
     assert judged.log_odds == pytest.approx(log_odds(view((2.2, 1.0)), 1))
-
-
-@pytest.mark.parametrize(("views", "counts"), [(MOVED_VIEWS_MIN - 1, False), (MOVED_VIEWS_MIN, True)])
-def test_a_speed_in_successive_views_counts_again_after_a_vehicle_was_hidden(views, counts):
-    judged = reappeared(0.0, [(9.0, 0.0)] * views, moving=True)
-    assert judged.log_odds == pytest.approx(MOTION_LOG_ODDS if counts else 0.0)
 
 
 # --- tracks
 
 
 @pytest.mark.parametrize(
-    ("size", "speed", "status"),
+    ("size", "status"),
     [
-        ((12.0, 0.2), 0.0, Status.TENTATIVE),  # a relief does not make a wall a bus
-        ((12.0, FLAT), 0.0, Status.TENTATIVE),  # may be a wall
-        ((12.0, FLAT), 8.0, Status.CONFIRMED),  # it left its first place, unlike a wall
-        ((12.0, FLAT), 3.0, Status.TENTATIVE),  # it did not leave its place: more of a wall may have come into view
-        ((15.0, FLAT), 0.0, Status.TENTATIVE),
-        ((4.6, FLAT), 0.0, Status.TENTATIVE),  # a flat piece of wall, as long as a car
-        ((0.7, 0.1), 0.0, Status.TENTATIVE),  # a pole
-        ((12.0, 2.4), 0.0, Status.CONFIRMED),  # walls do not have the ends of a bus
-        ((4.5, 0.2), 0.0, Status.CONFIRMED),  # sides of cars are bowed
-        ((FLAT, 1.7), 0.0, Status.TENTATIVE),  # a flat face as wide as a car
-        ((FLAT, 1.7), 5.0, Status.CONFIRMED),  # the same end-on, driving away
+        ((12.0, 0.2), Status.TENTATIVE),  # a relief does not make a wall a bus
+        ((12.0, FLAT), Status.TENTATIVE),  # may be a wall
+        ((15.0, FLAT), Status.TENTATIVE),
+        ((4.6, FLAT), Status.TENTATIVE),  # a flat piece of wall, as long as a car
+        ((0.7, 0.1), Status.TENTATIVE),  # a pole
+        ((12.0, 2.4), Status.CONFIRMED),  # walls do not have the ends of a bus
+        ((4.5, 0.2), Status.CONFIRMED),  # sides of cars are bowed
+        ((FLAT, 1.7), Status.TENTATIVE),  # a flat face as wide as a car
     ],
 )
-def test_a_single_face_is_confirmed_by_its_bow_or_by_motion(size, speed, status):
+def test_a_single_face_of_a_stationary_object_is_confirmed_by_its_bow(size, status):
     first = (20.0, 6.0, 0.0)
     track = start(first, size=np.array(size))
-    follow(track, straight(first, speed, 30), size=np.array(size))
+    follow(track, straight(first, 0.0, 30), size=np.array(size))
     assert track.status is status
 
 
@@ -285,6 +198,16 @@ def test_a_flat_wall_of_15_m_is_never_confirmed():
     for _ in range(200):
         follow(track, [first], rng, size=size)
         assert track.status is Status.TENTATIVE
+
+
+def test_a_flat_side_that_was_seen_to_move_is_confirmed_by_three_observations():
+    first, size = (20.0, 6.0, 0.0), np.array([12.0, FLAT])
+    track = start(first, size=size)
+    track.table.left[0] = True
+    follow(track, straight(first, 8.0, 1), size=size)
+    assert track.status is Status.TENTATIVE
+    follow(track, straight((first[0] + 8.0 * DT, *first[1:]), 8.0, 1), size=size)
+    assert track.status is Status.CONFIRMED
 
 
 @pytest.mark.parametrize("ends", ["front", "both"])

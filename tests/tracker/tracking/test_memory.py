@@ -141,15 +141,20 @@ def test_a_flat_object_away_from_a_vague_prediction_is_not_confirmed():
 
 
 def test_a_vehicle_that_moves_on_after_it_was_hidden_is_confirmed_by_its_motion():
-    """Only a part of its side is visible, which is no evidence of a vehicle: one that stands there is not."""
+    """It had moved before. Only a part of its side is visible, which is no evidence of a vehicle: without new evidence
+    of motion it may be a wall."""
     first, part, cut = (-10.0, 6.0, 0.0), np.array([2.0, 0.03]), (True, False, True, False)
     status = []
-    for speed in (10.0, 0.0):
+    for moves in (True, False):
         track = start(first)
+        track.table.left[0] = True
         follow(track, straight(first, 10.0, 25), flow=flow_of())
         wait(track, 4.5)
         seen_at = (first[0] + 10.0 * (25 * DT + round(4.5 / DT) * DT) + 1.0, 6.0, 0.0)
-        follow(track, straight(seen_at, speed, 25), size=part, cut=cut)
+        follow(track, [seen_at], size=part, cut=cut)
+        assert not track.table.left[0]
+        track.table.left[0] = moves
+        follow(track, straight(seen_at, 10.0 if moves else 0.0, 24), size=part, cut=cut)
         status.append(track.status)
     assert status[0] is Status.CONFIRMED
     assert status[1] is not Status.CONFIRMED
