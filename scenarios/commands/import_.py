@@ -73,6 +73,10 @@ class Sources:
             "box's centre in their frame [m].",
         ),
     ] = None
+    truth_delay: Annotated[
+        float,
+        typer.Option(callback=finite, help="Time by which the true boxes lag behind the scans [s]."),
+    ] = 0.0
     sweep_time: Annotated[
         float | None,
         typer.Option(
@@ -169,6 +173,7 @@ def import_(
         odometry=sources.odometry,
         truth=tuple(TruthOption.parse(text) for text in sources.truth or [] if Path(text) not in truth_files),
         truth_files=tuple(truth_files),
+        truth_delay_s=sources.truth_delay,
         heights_m=interval("--keep-heights", cut.keep_heights) if cut.keep_heights else None,
         sweep_time_s=sources.sweep_time,
         scale_length=scale.scale_length,

@@ -82,6 +82,8 @@ class ImportOptions:
     """Vehicles with recorded poses."""
     truth_files: tuple[Path, ...] = ()
     """Files of true boxes, of any format that is graded; they replace the boxes of a data set."""
+    truth_delay_s: float = 0.0
+    """Time by which true poses lag behind the scans [s]: those at a time are where the vehicles were before it."""
     heights_m: tuple[float, float] | None = None
     """Lowest and highest height above the ground to keep [m]; None keeps all."""
     sweep_time_s: float | None = None

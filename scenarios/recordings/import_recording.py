@@ -112,6 +112,7 @@ def _summary(options: ImportOptions, used: list[EgoMount]) -> dict[str, Any]:
         "odometry": options.odometry,
         "truth": [asdict(vehicle) for vehicle in options.truth],
         "truth_files": [path.name for path in options.truth_files],
+        "truth_delay_s": options.truth_delay_s,
         "scale_length": options.scale_length,
         "scale_time": options.scale_time,
         "versions": versions.installed(),

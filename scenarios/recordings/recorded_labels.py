@@ -101,7 +101,7 @@ def of_topics(source: RecordingSource, options: ImportOptions, ego_frame: str) -
                 f"{ego_frame}; record both in one frame"
             )
         size = options.scale_length * np.array([vehicle.length_m, vehicle.width_m, vehicle.height_m])
-        rows = scaled(vehicle.centres(np.array(poses.rows)), options)
+        rows = scaled(vehicle.centres(np.array(poses.rows)) - [options.truth_delay_s, 0.0, 0.0, 0.0], options)
         found.append(TrueVehicle(vehicle.name, Kind.CAR, size, PoseTrack(rows)))
     return found
 
@@ -169,6 +169,7 @@ def of_table(
     poses[:, 0] = time
     if table.axes in EGO_AXES and ego is not None:
         poses[:, 1:] = _from_ego(poses, ego)
+    poses[:, 0] -= options.scale_time * options.truth_delay_s
     scans = np.array(sorted(time_of.values()))
     _require_overlap(table, poses[:, 0], scans)
     period = np.diff(np.unique(poses[np.isfinite(poses[:, 0]), 0]))

@@ -158,6 +158,22 @@ def test_a_table_of_truth_labels_all_vehicles_of_a_recording(run, axes, key, tmp
     assert counts == [len(pose) - 1] * 10 + [len(pose)] * 20, "a vehicle is labelled where the table has it"
 
 
+def test_boxes_that_lag_behind_the_scans_are_moved_on(run, tmp_path):
+    """Each box is where its vehicle was two scans before."""
+    table = columns_of(run, "odom")
+    frame = np.searchsorted(table["time_s"].unique(), table["time_s"])
+    table.assign(frame=frame + 2).drop(columns="time_s").to_csv(tmp_path / "truth.csv", index=False)
+    shutil.copytree(export(run, tmp_path / "set", "nuscenes"), tmp_path / "moved")
+    options = "--format", "nuscenes", "--truth", tmp_path / "truth.csv", "--truth-delay", "0.16"
+    recording, shown = imported(tmp_path, tmp_path / "moved", *options), 0
+    for (world, _, _), (frame, _, _, _, first) in zip(Recording(recording).frames(), kept(run), strict=True):
+        expected = dict(zip(frame.actors.name, into_frame(frame.actors.pose_world, first), strict=True))
+        for name, pose in zip(world.actors.name, world.actors.pose_world, strict=True):
+            np.testing.assert_allclose(pose[:2], expected[name][:2], atol=1e-6)
+        shown += len(world.actors)
+    assert shown >= 0.9 * len(table)
+
+
 def test_boxes_of_key_frames_are_interpolated(run, tmp_path):
     folder = export(run, tmp_path / "set", "nuscenes")
     tables = folder / "v1.0-luxloop"

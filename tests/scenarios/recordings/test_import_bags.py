@@ -112,3 +112,12 @@ def test_without_odometry_the_ego_stands(tmp_path):
     recording = Recording(tmp_path / "out")
     assert not recording.has_truth
     assert all((scan.ego_pose_odom == 0.0).all() for scan in recording.scans())
+
+
+def test_true_poses_that_lag_behind_the_scans_are_moved_on(tmp_path):
+    """The pose of the car that was recorded 0.2 s after a scan is the one at the scan."""
+    given = ("import", str(drive.write_ros1(tmp_path / "drive.bag")), *drive.OPTIONS, "--truth-delay", "0.2")
+    assert main([*given, "--out", str(tmp_path / "recorded")]) == 0
+    frame = [frame for frame, _, _ in Recording(tmp_path / "recorded").frames()][10]
+    expected = CENTRE_AT_1S[0] + 0.2 * drive.CAR_MPS, CENTRE_AT_1S[1]
+    assert frame.actors.pose_world[0, :2] == pytest.approx(expected, abs=1e-6)
