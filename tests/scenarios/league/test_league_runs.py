@@ -200,9 +200,10 @@ def test_own_trackers_take_part_beside_the_shipped_one(league, tmp_path, capsys)
             f"--trackers {EXAMPLES / 'ci/my_tracker.py'}:Furthest: Furthest is not there",
         ),
         ("process:no-such-program", "no-such-program"),
-        (
+        pytest.param(
             f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest,a.py:Nearest",
             "another tracker is named Nearest, too; rename one of them",
+            marks=pytest.mark.slow,
         ),
     ],
 )

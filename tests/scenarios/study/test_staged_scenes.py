@@ -42,7 +42,7 @@ def visibility(document, seed=1):
     )
 
 
-@pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
+@pytest.mark.parametrize("manoeuvre", few(["keeps speed", "brakes", "changes lane"], "keeps speed"))
 @pytest.mark.parametrize(("occlusion_s", "speed_mps"), few([(0.5, 20.0), (3.0, 5.0)], 0.5))
 def test_the_car_is_completely_hidden_for_the_given_time(occlusion_s, speed_mps, manoeuvre):
     """Fails if a LIDAR sees past the end of the wall, or if the wall is longer than necessary.
@@ -100,7 +100,7 @@ def test_the_manoeuvre_happens_while_hidden_with_bounded_acceleration(occlusion_
     assert sideways[-1] - sideways[0] == pytest.approx(offset_m, abs=0.1)
 
 
-@pytest.mark.parametrize("visible_share", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("visible_share", few([0.0, 0.3, 1.0], 0.0, 0.3))
 def test_the_screen_leaves_the_given_share_visible_for_the_given_time(visible_share):
     """Fails if the screen moves too far or not far enough, or stays for another time."""
     time, hits, visible = visibility(partly_hidden(visible_share, occlusion_s=1.0)).T
