@@ -107,7 +107,8 @@ def standings(rows: Sequence[Row], out: Path) -> list[Standing]:
     trackers = list(dict.fromkeys(row["tracker"] for row in rows))
     of_tracker = {name: [row for row in rows if row["tracker"] == name] for name in trackers}
     sides = {name: _side(found, out / RUNS / name) for name, found in of_tracker.items()}
-    found = [_standing(name, of_tracker, sides) for name in trackers]
+    gospa = {name: gospa_sums(side) for name, side in sides.items()}
+    found = [_standing(name, of_tracker, sides, gospa) for name in trackers]
     return sorted(found, key=lambda each: -each.hota if math.isfinite(each.hota) else math.inf)
 
 
@@ -140,7 +141,12 @@ def _side(rows: Sequence[Row], folder: Path) -> Side:
     return Side(folder, {digest.key: digest for digest in digests}, [])
 
 
-def _standing(name: str, of_tracker: Mapping[str, Sequence[Row]], sides: Mapping[str, Side]) -> Standing:
+def _standing(
+    name: str,
+    of_tracker: Mapping[str, Sequence[Row]],
+    sides: Mapping[str, Side],
+    gospa: Mapping[str, Mapping[Key, Floats]],
+) -> Standing:
     rows, digests = of_tracker[name], [*sides[name].runs.values()]
     finished = [row for row in rows if row["status"] == "finished"]
     hota, interval = pooled_hota(digests)
@@ -152,9 +158,9 @@ def _standing(name: str, of_tracker: Mapping[str, Sequence[Row]], sides: Mapping
         hota=hota,
         hota_interval=interval,
         counts={key: int(sum(row[key] or 0 for row in finished)) for key in ("id_switches", "false", "missed")},
-        gospa_m=mean_gospa([*gospa_sums(sides[name]).values()]),
+        gospa_m=mean_gospa([*gospa[name].values()]),
         step_ratio=_step_ratio(finished, of_tracker[REFERENCE]),
-        differences={} if comparison_to is None else _differences(comparison_to, sides, name),
+        differences={} if comparison_to is None else _differences(comparison_to, gospa[REFERENCE], gospa[name]),
         hota_by_scenario=_by_scenario(digests),
         comparison=comparison_to,
     )
@@ -183,14 +189,16 @@ def _comparison(sides: Mapping[str, Side], name: str) -> Comparison | None:
     return comparison.compare(run_pairs.pair(base, head))
 
 
-def _differences(found: Comparison, sides: Mapping[str, Side], name: str) -> dict[str, PairedDifference]:
+def _differences(
+    found: Comparison, of_base: Mapping[Key, Floats], of_head: Mapping[Key, Floats]
+) -> dict[str, PairedDifference]:
     differences = {}
     for change in found.changes:
         if change.metric.name in PAIRED:
             numbers = change.numbers
             better = change.metric.loss(numbers.difference) < 0.0
             differences[change.metric.name] = PairedDifference(numbers.difference, numbers.interval, better)
-    return {**differences, GOSPA: gospa_difference(gospa_sums(sides[REFERENCE]), gospa_sums(sides[name]))}
+    return {**differences, GOSPA: gospa_difference(of_base, of_head)}
 
 
 def _step_ratio(rows: Sequence[Row], reference: Sequence[Row]) -> float:

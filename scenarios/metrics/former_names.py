@@ -1,6 +1,7 @@
 """Names of metrics until version 0.1, and their present ones."""
 
 import re
+from functools import lru_cache
 
 BANDS = {"range": "range", "class": "class", "view": "view", "points": "points"}
 TARGETS = {"stationary_target": "standing", "moving_target": "moving"}
@@ -25,6 +26,7 @@ DEFAULTS = {"method": "best", "model": "mma", "group": "target"}
 """Values that need not be named."""
 
 
+@lru_cache(maxsize=4096)
 def present_name(name: str) -> str:
     """Return the present name of a metric with a former name; empty if it is none."""
     base, *bands = re.split(r"\.by_(?=range|class|view|points)", name)

@@ -234,8 +234,9 @@ def require_table(name: str, table: pd.DataFrame) -> None:
         raise ValueError(f"column {missing[0]} of {name} is missing")
     if not table.columns.is_unique:
         raise ValueError(f"a column of {name} occurs twice")
-    for column in map(str, table.columns):
-        cells, wanted = table[column], schema.get(column)
+    for name_of_column, cells in table.items():
+        column = str(name_of_column)
+        wanted = schema.get(column)
         plain = pd.api.types.is_numeric_dtype(cells) or isinstance(cells.dtype, pd.CategoricalDtype)
         if not (plain or pd.api.types.is_string_dtype(cells)):
             raise ValueError(f"column {column} of {name} holds {cells.dtype}")

@@ -1,6 +1,7 @@
 """Bodies of all actors of a frame: convex solids and their poses in the ego frame."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -132,8 +133,13 @@ class BodyFactory:
         return _placed(bodies, actors, ego)
 
     def _build(self, appearance: Appearance) -> Body:
-        draw = Draw(self._seed, appearance.name)
-        return build(appearance, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
+        return _body(appearance, self._seed, self._glass, self._mirrors, self._plain)
+
+
+@lru_cache(maxsize=256)
+def _body(appearance: Appearance, seed: int | None, glass: Glass, mirrors: bool, plain: bool) -> Body:
+    """Return a body, which is built once for all runs with the same seed in a process."""
+    return build(appearance, Draw(seed, appearance.name), glass, mirrors=mirrors, as_prism=plain)
 
 
 def _pack(bodies: list[Body]) -> Bodies:

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from support import short_run
+from support.few import few
 from support.paths import ROOT
 
 import luxloop
@@ -297,7 +298,7 @@ def test_a_notebook_shows_verdict_unmet_limits_and_main_metrics_and_no_markup_of
     assert "track.id_switches" in metrics
 
 
-@pytest.mark.parametrize("ahead", [False, True])
+@pytest.mark.parametrize("ahead", few([False, True], True))
 def test_runs_in_threads_at_once_and_beside_an_asyncio_loop(ahead):
     with ThreadPoolExecutor(2) as pool:
         results = list(pool.map(lambda _: luxloop.run("short.toml", ahead=ahead), range(2)))

@@ -87,7 +87,7 @@ def test_a_level_unit_above_a_flat_road_misses_the_ramp_of_a_steeper_ray():
     assert len(echoes.beam) == 0
 
 
-@pytest.mark.parametrize("seed", few(range(6), 0, 1))
+@pytest.mark.parametrize("seed", few(range(6), 0))
 def test_reference_implementation_agrees(seed):
     rng = np.random.default_rng(seed)
     terrain = random_terrain(rng)

@@ -7,6 +7,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from support.few import few
 from support.optional import need
 from support.sensor_scenes import EXACT, PLAIN, ActorSpec, one_unit_rig, placed_scene, scan, small_unit, world
 from support.solid_mesh import body_mesh, corners, embree_ranges, pieces, placed
@@ -153,7 +154,7 @@ def test_straight_bodies_are_unaffected_by_articulation():
 # ---- ray casting
 
 
-@pytest.mark.parametrize("angle", [-1.2, -0.4, 0.1, 0.8, 1.5])
+@pytest.mark.parametrize("angle", few([-1.2, -0.4, 0.1, 0.8, 1.5], -1.2, 0.8))
 def test_embree_agrees_on_articulated_trucks(angle):
     """The meshes are straight trucks whose tractors trimesh rotates, independent of the caster."""
     need("dev", "trimesh", "embreex")

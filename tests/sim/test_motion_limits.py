@@ -50,8 +50,8 @@ def motion(source, seed, duration_s):
 TURNS_AT_ITS_LIMIT = pytest.mark.xfail(reason="0.062 > 0.05 rad/s in one frame, a pedestrian", strict=True)
 
 
-QUICK = ("bus-stop", "cruise-on-tracks", "merge-generic-v0", "replayed-crossing", "sumo-crossing")
-"""Scenarios of `make test`, of every simulator; `make slow` runs the others."""
+QUICK = ("bus-stop", "cruise-on-tracks", "replayed-crossing", "sumo-crossing")
+"""Scenarios of `make test`, of every simulator but highway-env, whose limits tests/sim/highway checks."""
 
 
 @pytest.mark.parametrize(
@@ -80,8 +80,10 @@ def test_motion_of_public_storyboards_is_feasible(name):
     assert excesses(motion(source, 1, 30.0)) == []
 
 
-@pytest.mark.parametrize("name", few(["roundabout", "winding", "motorway"], "roundabout"))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["roundabout", "winding", "motorway"])
 def test_motion_on_bends_and_merges_is_feasible(name):
+    """For a minute; tests/sim/sumo/test_sumo_nets.py checks the first seconds on all nets."""
     assert excesses(motion(source_on(name, RANGE_M), 1, ON_NETS_S)) == []
 
 

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.few import few
 from support.paths import CATALOG, EXAMPLES
 
 from luxloop.scenarios.files.scenario import Scenario
@@ -36,6 +37,8 @@ SCENARIOS = [
     "highway/cruise-on-tracks",
     "cut-in",
 ]
+SLOW = ("highway/sumo-cut-in", "highway/highway-v0")
+"""Second scenarios of their simulators, which take the longest: `make slow` runs them."""
 RANGE_M = 60.0
 FRAMES = 40
 
@@ -55,7 +58,7 @@ class Runs:
         return source.reset(seed), [source.step() for _ in range(FRAMES)]
 
 
-@pytest.fixture(scope="module", params=SCENARIOS)
+@pytest.fixture(scope="module", params=few(SCENARIOS, *(name for name in SCENARIOS if name not in SLOW)))
 def runs(request):
     return Runs(request.param)
 

@@ -5,23 +5,24 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
+from support.shared_scans import PlayedTracker
 
 from luxloop.tracker.geometry import QUARTER
 from luxloop.tracker.records import METHODS, MODELS
-from luxloop.tracker.tracker import Tracker
 
 CA = MODELS.index("ca")
 
 
 @dataclass
 class Sound:
-    """Shipped tracker without a fault."""
+    """Shipped tracker without a fault. All trackers with planted faults share its outputs."""
 
+    outputs: ClassVar[dict[bytes, bytes]] = {}
     config: object
-    tracker: Tracker = field(init=False)
+    tracker: PlayedTracker = field(init=False)
 
     def __post_init__(self):
-        self.tracker = Tracker(self.config)
+        self.tracker = PlayedTracker(self.config, Sound.outputs)
 
     def step(self, scan):
         tracks, trace = self.tracker.step(scan)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.few import few
 
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.noise.noise_config import LayerOverlap, NoiseConfig
@@ -48,7 +49,7 @@ def confirmed(tracks):
     return np.flatnonzero(tracks.status == Status.CONFIRMED)
 
 
-@pytest.mark.parametrize("lane_m", [3.5, -3.5])
+@pytest.mark.parametrize("lane_m", few([3.5, -3.5], 3.5))
 def test_an_overtaking_car_keeps_its_id_and_position(lane_m):
     """It passes from far behind to far ahead, so that several corners are the nearest in turn."""
     tracker, ids = Tracker(), set()

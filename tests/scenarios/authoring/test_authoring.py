@@ -46,7 +46,7 @@ def written(tmp_path):
 @pytest.fixture(scope="module")
 def of_crossing(tmp_path_factory):
     """The scenario of the crossing's net, and its choices: several candidates are simulated for it."""
-    return write(tmp_path_factory.mktemp("crossing") / "new.toml", CROSSING / "crossing.net.xml", "--window", "60")
+    return write(tmp_path_factory.mktemp("crossing") / "new.toml", CROSSING / "crossing.net.xml", "--window", "30")
 
 
 def run(scenario, tmp_path, capfd):

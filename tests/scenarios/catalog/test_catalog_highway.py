@@ -124,6 +124,7 @@ def test_in_the_jam_the_ego_stands_while_neighbours_pass():
     assert car["ahead"].max() - car["ahead"].min() > 15.0
 
 
+@pytest.mark.slow
 def test_the_car_from_the_ramp_merges_ahead_of_the_ego():
     table = drive("merge-generic-v0")
     merging = table[table["name"] == "car.9"].set_index("time")

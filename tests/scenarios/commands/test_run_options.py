@@ -73,16 +73,16 @@ def test_quiet_run_prints_nothing_and_keeps_its_exit_code(capfd):
 
 
 def test_seeds_have_a_folder_each_and_a_table_of_means_and_spreads(capfd):
-    assert run("--seeds", "3-5", "--out", "all", "--full") == 0
+    assert run("--seeds", "3-4", "--out", "all", "--full") == 0
     out, err = capfd.readouterr()
-    assert err.splitlines() == [f"seed {n}: no limits; the results are in all/short-seed{n}" for n in (3, 4, 5)]
-    assert sorted(path.name for path in Path("all").iterdir()) == [f"short-seed{seed}" for seed in (3, 4, 5)]
-    results = [run_folder.read(Path("all") / f"short-seed{seed}") for seed in (3, 4, 5)]
-    assert [result.seed for result in results] == [3, 4, 5]
+    assert err.splitlines() == [f"seed {n}: no limits; the results are in all/short-seed{n}" for n in (3, 4)]
+    assert sorted(path.name for path in Path("all").iterdir()) == [f"short-seed{seed}" for seed in (3, 4)]
+    results = [run_folder.read(Path("all") / f"short-seed{seed}") for seed in (3, 4)]
+    assert [result.seed for result in results] == [3, 4]
     values = [result.metrics["fit.heading_abs_mean_deg"].value for result in results]
     line = next(line for line in out.splitlines() if line.startswith("fit.heading_abs_mean_deg"))
     expected = (statistics.fmean(values), statistics.stdev(values), min(values), max(values))
-    assert line.split()[1:] == [*(f"{value:.3f}" for value in expected), "3"]
+    assert line.split()[1:] == [*(f"{value:.3f}" for value in expected), "2"]
 
 
 def test_seeds_are_one_screen(capfd):

@@ -185,7 +185,7 @@ def test_prose_may_change_and_changes_under_test_are_noted(tmp_path):
     assert "numba is" in notes
 
 
-@pytest.mark.parametrize("looser", [{"track.hota": {"max": 1.0}}, {}])
+@pytest.mark.parametrize("looser", [pytest.param({"track.hota": {"max": 1.0}}, marks=pytest.mark.slow), {}])
 def test_changed_limits_are_refused_until_the_baseline_is_made_anew(tmp_path, capsys, looser):
     strict = {"track.hota": {"max": 0.0}}
     run = write(tmp_path / "base" / "short", config=config(expect=strict)).parent

@@ -22,7 +22,7 @@ from luxloop.scenarios.offline.recorded_scans import RecordedRun
 from luxloop.scenarios.offline.regrade import Regrader
 from luxloop.scenarios.run import device
 
-DURATION_S = 8.0
+DURATION_S = 4.8
 BOX = ["x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]
 PEDESTRIAN = 1
 """Class id of pedestrians, the only evaluated class of MOT Challenge."""

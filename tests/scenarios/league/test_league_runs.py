@@ -81,6 +81,7 @@ def league_scenes_path(league, name):
 def test_the_document_and_the_page_rank_the_trackers_by_hota(league, rows):
     document = json.loads((league[0] / "league.json").read_text(encoding="utf-8"))
     values = [each["hota"] for each in document["standings"]]
+    shipped = next(each for each in document["standings"] if each["tracker"] == REFERENCE)
     assert values == sorted(values, reverse=True)
     first = document["standings"][0]["tracker"]
     page = (league[0] / "league.html").read_text(encoding="utf-8")
@@ -91,6 +92,9 @@ def test_the_document_and_the_page_rank_the_trackers_by_hota(league, rows):
         for scenario, hota in each["hota_by_scenario"].items():  # one seed: pooled sums give the metric of the run
             assert hota == pytest.approx(own.loc[scenario, "hota"], abs=1e-6)
         assert each["hota_interval"][0] < each["hota"] < each["hota_interval"][1]
+        if each["tracker"] != REFERENCE:
+            gap = each["gospa_m"] - shipped["gospa_m"]
+            assert each["differences"]["track.gospa_m"]["difference"] == pytest.approx(gap, abs=1e-9)
     assert (league[0] / "hota.svg").is_file()
     assert (league[0] / "hota.png").is_file()
 
@@ -200,9 +204,10 @@ def test_own_trackers_take_part_beside_the_shipped_one(league, tmp_path, capsys)
             f"--trackers {EXAMPLES / 'ci/my_tracker.py'}:Furthest: Furthest is not there",
         ),
         ("process:no-such-program", "no-such-program"),
-        (
+        pytest.param(
             f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest,a.py:Nearest",
             "another tracker is named Nearest, too; rename one of them",
+            marks=pytest.mark.slow,
         ),
     ],
 )

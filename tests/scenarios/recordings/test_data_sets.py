@@ -108,6 +108,7 @@ FIGURES = (
 )  # fmt: skip
 
 
+@pytest.mark.parametrize("read", few(FOLDERS, "kitti"), indirect=True)
 def test_figures_are_those_of_the_run(run, read, capsys):
     """The oracle is the grading of the run's own truth, by a tracker that gets what the format keeps of its scans."""
     name, recording = read

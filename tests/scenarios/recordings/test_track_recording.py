@@ -1,7 +1,9 @@
 """`luxloop track` and `luxloop grade` on the drive of `support.recorded_drive`."""
 
+import io
 import json
 import shutil
+from contextlib import redirect_stdout
 
 import numpy as np
 import pandas as pd
@@ -41,10 +43,18 @@ def recording(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def tracked(recording):
-    out = recording.parent / "tracks"
-    assert main(["track", str(recording), "--out", str(out)]) == 0
-    return out
+def printed(recording):
+    """Track the recording; return the lines of the first screen."""
+    text = io.StringIO()
+    with redirect_stdout(text):
+        assert main(["track", str(recording), "--out", str(recording.parent / "tracks")]) == 0
+    return text.getvalue().splitlines()
+
+
+@pytest.fixture(scope="module")
+def tracked(recording, printed):
+    assert printed
+    return recording.parent / "tracks"
 
 
 def graded(capsys, *arguments):
@@ -62,10 +72,8 @@ def test_the_folder_holds_tracks_report_and_recording(tracked):
     assert "<svg" in page
 
 
-def test_the_first_screen_is_printed_and_the_whole_report_with_full(recording, tmp_path, capsys):
-    out = tmp_path / "tracks"
-    assert main(["track", str(recording), "--out", str(out)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_the_first_screen_is_printed_and_the_whole_report_with_full(recording, printed, tmp_path, capsys):
+    lines, out = printed, recording.parent / "tracks"
     assert len(lines) <= 20
     assert lines[0] == "NO LIMITS  recorded: nothing in [expect] to pass or fail"
     assert lines[1].startswith(f"{drive.SCANS} frames, 1 vehicle, tracker ")
@@ -73,6 +81,7 @@ def test_the_first_screen_is_printed_and_the_whole_report_with_full(recording, t
     assert lines[4].startswith("Main figures")
     commands = [line.partition("   ")[0].strip() for line in lines[-2:]]
     assert commands == [f"luxloop view {out}", str(out / "report.html")]
+    out = tmp_path / "tracks"
     assert main(["track", str(recording), "--out", str(out), "--full"]) == 0
     whole = capsys.readouterr().out
     assert whole.startswith((out / "report.txt").read_text())
@@ -149,7 +158,7 @@ def test_a_recording_without_truth_is_tracked_but_not_graded(recording, tmp_path
     bare = tmp_path / "bare"
     shutil.copytree(recording, bare)
     (bare / "labels.parquet").unlink()
-    assert main(["track", str(bare), "--out", str(tmp_path / "out"), "--json"]) == 0
+    assert main(["track", str(bare), "--out", str(tmp_path / "out"), "--json", "--no-recording"]) == 0
     metrics = json.loads(capsys.readouterr().out)["metrics"]
     assert metrics["track.false"]["value"] is None
     assert "no true poses" in metrics["track.hota"]["reason"]

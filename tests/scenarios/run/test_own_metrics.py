@@ -156,7 +156,7 @@ def test_functions_get_the_tables_and_cannot_change_the_run(functions):
             "scenarios.grading.grader:f",
             r"function = .*no module scenarios.*; luxloop's module is luxloop\.scenarios\.grading\.grader now",
         ),
-    ], "own_functions:text", "own_functions:ends", "own_functions:nothing"),
+    ], "own_functions:text", "own_functions:ends"),
 )  # fmt: skip
 def test_errors_of_functions_are_one_line(function, message, monkeypatch):
     monkeypatch.setattr(sys, "path", without_checkouts(sys.path))

@@ -97,7 +97,7 @@ def test_an_import_that_does_not_end_is_one_line_and_its_process_ends(folder, ca
 def test_the_python_example_gives_the_tracks_of_its_class_in_the_loop(capfd):
     options = ["run", "short.toml", "--no-recording", "--tracker"]
     apart = document(capfd, *options, f"process:{sys.executable} {EXAMPLES / 'process' / 'nearest_process.py'}")
-    inside = document(capfd, *options, f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest")
+    inside = document(capfd, *options, f"{EXAMPLES / 'ci/my_tracker.py'}:Nearest", "--in-process")
     assert apart["trace_hash"] == inside["trace_hash"]
     assert figures(apart) == figures(inside)
     assert apart["metrics"]["track.hota"]["value"] > 0.1

@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from support.few import few
 from support.optional import need
 
 need("search")
@@ -203,7 +204,7 @@ def losing(config):
 device.TRACKERS.core.update({"forgetful": forgetful, "losing": losing})
 
 
-@pytest.mark.parametrize("tracker", ["forgetful", "losing"])
+@pytest.mark.parametrize("tracker", few(["forgetful", "losing"], "losing"))
 def test_a_scenario_is_shortened_to_the_failing_frame_and_not_before(tracker, tmp_path):
     """If the run ended between reappearance and reacquisition, every tracker would seem to lose the car."""
     search = Search(metric="track.occlusion_survival", min=1.0)

@@ -1,6 +1,7 @@
 """Bodies: box dimensions, proportions of real vehicles, and independent draws per actor."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -195,6 +196,12 @@ def outline(solids, along, z, side, axis=0):
     return np.array(found)
 
 
+@cache
+def fleet():
+    """Return the solids of 24 cars and 24 SUVs."""
+    return [body(kind, None, actor, seed=11) for actor in range(1, 25) for kind in (Kind.CAR, Kind.SUV)]
+
+
 @pytest.mark.parametrize(
     ("z", "quartiles_m"),
     [(0.30, (0.114, 0.289)), (0.60, (0.109, 0.222)), (0.88, (0.155, 0.300)), (1.15, (0.140, 0.356))],
@@ -206,13 +213,12 @@ def test_median_bow_of_ends_is_within_the_quartiles_of_real_cars(z, quartiles_m)
     """
     y = np.linspace(-0.75, 0.75, 31)
     bows = []
-    for actor in range(1, 25):
-        for kind in (Kind.CAR, Kind.SUV):
-            solids = [piece for piece in body(kind, None, actor, seed=11) if piece.part[0] != Part.MIRROR]
-            for x in (outline(solids, y, z, side) for side in (1, -1)):
-                met = np.isfinite(x)
-                assert met.sum() >= 25
-                bows.append(-np.polyfit(y[met], x[met], 2)[0] * 0.75**2)
+    for pieces_of_one in fleet():
+        solids = [piece for piece in pieces_of_one if piece.part[0] != Part.MIRROR]
+        for x in (outline(solids, y, z, side) for side in (1, -1)):
+            met = np.isfinite(x)
+            assert met.sum() >= 25
+            bows.append(-np.polyfit(y[met], x[met], 2)[0] * 0.75**2)
     assert quartiles_m[0] <= np.median(bows) <= quartiles_m[1]
 
 
@@ -223,13 +229,12 @@ def test_median_bow_of_flanks_is_that_of_real_cars(z):
     Fails for flat flanks, and for the 5 to 7 cm of an earlier table of four to seven vehicles.
     """
     x, bows = np.linspace(-1.6, 1.6, 41), []
-    for actor in range(1, 25):
-        for kind in (Kind.CAR, Kind.SUV):
-            solids = [piece for piece in body(kind, None, actor, seed=11) if piece.part[0] == Part.BODY]
-            for y in (outline(solids, x, z, side, 1) for side in (1, -1)):
-                met = np.isfinite(y)  # a low hood is below
-                assert met.sum() >= 25
-                bows.append(-np.polyfit(x[met], y[met], 2)[0] * 1.6**2)
+    for pieces_of_one in fleet():
+        solids = [piece for piece in pieces_of_one if piece.part[0] == Part.BODY]
+        for y in (outline(solids, x, z, side, 1) for side in (1, -1)):
+            met = np.isfinite(y)  # a low hood is below
+            assert met.sum() >= 25
+            bows.append(-np.polyfit(x[met], y[met], 2)[0] * 1.6**2)
     assert 0.015 <= np.median(bows) <= 0.04
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.few import few
 
 from luxloop.sensor_model.noise.odometry_drift import OdometryNoise
 from luxloop.sensor_model.noise.random_draws import Draws
@@ -62,7 +63,7 @@ def test_scale_error_stretches_the_whole_way_in_a_bend(draws):
     assert found == pytest.approx(exact * [factor, factor, 1.0], abs=1e-9)
 
 
-@pytest.mark.parametrize("dt", [DT, 1.0])
+@pytest.mark.parametrize("dt", few([DT, 0.32, 1.0], 0.32))
 @pytest.mark.parametrize(("bias_dps", "walk_deg"), [(0.05, 0.0), (0.0, 0.2), (0.05, 0.2)])
 def test_yaw_drift_has_bias_and_random_walk(draws, dt, bias_dps, walk_deg):
     """Variance after t seconds, in steps of any length: (bias t)^2 + walk^2 t."""

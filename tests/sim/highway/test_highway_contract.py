@@ -17,6 +17,8 @@ from luxloop.sim.source import EgoCommand, TrafficEndedError
 ALL_IDS = documented_environments()
 QUICK = ("highway-fast-v0", "intersection-v1", "lane-keeping-v0", "parking-v0", "roundabout-v0")
 """Environments of `make test`; `make slow` runs the others."""
+QUICKEST = ("intersection-v1", "lane-keeping-v0", "roundabout-v0")
+"""Environments that `make test` runs for longer: a crossing, slipping tyres and bends."""
 FRAMES, MANY = 80, 200
 RANGE_M = 150.0
 SEED = {"intersection-v2": 1}
@@ -69,7 +71,7 @@ def test_the_list_of_environments_is_complete():
 @pytest.mark.parametrize(
     ("env", "count"),
     [
-        *few(((env, MANY if env in LONG else FRAMES) for env in ALL_IDS), *QUICK),
+        *few(((env, MANY if env in LONG else FRAMES) for env in ALL_IDS), *QUICKEST),
         *(pytest.param(env, MANY, marks=pytest.mark.slow) for env in ALL_IDS if env not in LONG),
     ],
 )

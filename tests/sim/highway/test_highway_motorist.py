@@ -1,5 +1,7 @@
 """Motorist: limits of its motion, and progress through traffic."""
 
+from contextlib import closing
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -32,6 +34,13 @@ def highway():
         source.close()
 
 
+@cache
+def driven(env):
+    """Return 200 frames of an environment of `RUNS`, simulated once for all tests."""
+    with closing(HighwaySource(HighwayTraffic(env=env, config={**MOTORIST, **RUNS[env]}), Path(), 1000.0)) as source:
+        return frames(source, 200, seed=2)
+
+
 def column(seen, name):
     """Return a column of the ego and the actors, concatenated over all frames."""
     return np.concatenate([np.vstack([getattr(frame.ego, name)[None], getattr(frame.actors, name)]) for frame in seen])
@@ -43,8 +52,8 @@ def lateral_acceleration(seen):
 
 
 @pytest.mark.parametrize("env", few(RUNS, *[*RUNS][:2]))
-def test_motions_are_feasible_for_cars(highway, env):
-    seen = frames(highway(env, **MOTORIST, **RUNS[env]), 150, seed=2)
+def test_motions_are_feasible_for_cars(env):
+    seen = driven(env)
     yaw, velocity = column(seen, "pose_world")[:, 2], column(seen, "velocity_world")
     assert np.hypot(*column(seen, "acceleration_world").T).max() <= 10.0
     assert lateral_acceleration(seen).max() <= 6.0
@@ -58,7 +67,7 @@ def test_motions_are_feasible_for_cars(highway, env):
         assert np.hypot(*jerk.T).max(initial=0.0) <= 60.0
 
 
-@pytest.mark.parametrize("env", few(environments(), "highway-v0", "intersection-v0", "merge-v0"))
+@pytest.mark.parametrize("env", few(environments(), "intersection-v0", "merge-v0"))
 def test_every_environment_stays_within_the_limits_of_truth_events(highway, env):
     source, history, peaks = highway(env, **MOTORIST), MotionHistory(), np.zeros(3)
     for frame in frames(source, 35, seed=1):
@@ -89,15 +98,15 @@ def test_motions_of_highway_env_s_drivers_are_infeasible(highway):
     assert lateral_acceleration(frames(highway("roundabout-v1"), 60, seed=2)).max() > 15.0
 
 
-@pytest.mark.parametrize("seed", few(range(1, 6), 1))
+@pytest.mark.parametrize("seed", few(range(1, 6), 2))
 def test_the_ego_gets_through_the_roundabout(highway, seed):
     """Fails if motorists do not give way: with other vehicles at half speed, the gaps are too short for the ego."""
-    seen = frames(highway("roundabout-v1", **MOTORIST), 180, seed=seed)
-    assert seen[-1].ego.pose_world[1] > 15.0
+    seen = driven("roundabout-v1") if seed == 2 else frames(highway("roundabout-v1", **MOTORIST), 180, seed=seed)
+    assert seen[179].ego.pose_world[1] > 15.0
 
 
-def test_a_lane_change_has_a_realistic_duration_and_ends_in_the_lane(highway):
-    seen = frames(highway("highway-v0", **MOTORIST, **DENSE), 200, seed=2)
+def test_a_lane_change_has_a_realistic_duration_and_ends_in_the_lane():
+    seen = driven("highway-v0")
     y = np.array([frame.ego.pose_world[1] for frame in seen])
     lane = np.round(y / -4.0)
     (change,) = np.flatnonzero(np.diff(lane))[:1]

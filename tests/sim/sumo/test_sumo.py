@@ -424,6 +424,7 @@ def test_the_crossing_has_dense_and_crossing_traffic():
     assert obstacles.height.min() > 2.0
 
 
+@pytest.mark.slow
 def test_vehicles_cut_in_on_the_motorway():
     _, seen = run("highway/sumo-cut-in")
     beside, cut_in = set(), set()

@@ -165,7 +165,11 @@ def test_a_window_line_improves_the_heading_and_interior_points_do_not_bias_it()
     assert abs(off_quarter(found.heading[0, -1], 0.0)) < 0.5
 
 
-@pytest.fixture(scope="module", params=[("alignment", 1 / 32), ("posterior", 0.15)], ids=["alignment", "posterior"])
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(("alignment", 1 / 32), marks=pytest.mark.slow), ("posterior", 0.15)],
+    ids=["alignment", "posterior"],
+)
 def errors_deg(request):
     """Absolute heading errors (300, 5) by method and (300,) of the selection, on L-shape views of noisy cars.
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support import short_run
+from support.few import few
 from support.frames import DT, Body, Scripted, follow, make_frames, observe
 
 from luxloop.scenarios.document.document import plain
@@ -133,7 +134,7 @@ CHOSEN = '[traffic.config]\nother_vehicles_type = "highway_env.vehicle.behavior.
 REMEDY = 'set traffic.config.other_vehicles_type = "luxloop.sim.highway.motorist.Motorist"'
 
 
-@pytest.mark.parametrize("config", ["", CHOSEN])
+@pytest.mark.parametrize("config", few(["", CHOSEN], ""))
 def test_violations_by_drivers_of_highway_env_point_to_the_motorist(config):
     line = plain(truth_events(short_run.run(ROUNDABOUT + config))[-1].words)
     assert "of limits (" in line
