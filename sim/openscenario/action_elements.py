@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from luxloop.sim.openscenario.catalogs import require_entity
-from luxloop.sim.openscenario.routing_elements import read_destination, read_route, read_trajectory
+from luxloop.sim.openscenario.position_elements import read_destination, read_route, read_trajectory
 from luxloop.sim.openscenario.storyboard import (
     Action,
     DistanceAction,
