@@ -1,6 +1,5 @@
 """A recorded run, and its scans with frames and ground truth, exactly as in the run."""
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values
 from luxloop.scenarios.dataset.dataset_rows import records_of
 from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.input_file import open_parquet, read_parquet
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import fit_errors, frame_tables
@@ -248,8 +248,7 @@ class RecordedRun:
 
     def refuse_to_write_to(self, out: Path) -> None:
         """Raise an OutputError if `out` is the folder of the run, inside it, or contains it."""
-        here, there = (Path(os.path.realpath(folder)) for folder in (self.folder, out))
-        if there.is_relative_to(here) or here.is_relative_to(there):
+        if atomic_folder.overlap(self.folder, out):
             raise OutputError(
                 f"{out}: is the folder of the graded run, inside it, or contains it; choose another with --out"
             )
