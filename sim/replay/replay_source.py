@@ -11,8 +11,8 @@ from luxloop.sim.frame_builder import FrameBuilder
 from luxloop.sim.kinematics import RawFrame, origin_near, wrap_angle
 from luxloop.sim.obstacles import obstacles
 from luxloop.sim.physical.layer import PhysicalTruth
-from luxloop.sim.replay.contradictions import contradictions, reversing
 from luxloop.sim.replay.recording import Recording
+from luxloop.sim.replay.recording_checks import contradictions, reversing
 from luxloop.sim.replay.recording_files import read_recording
 from luxloop.sim.replay.replay_config import ReplayTraffic
 from luxloop.sim.replay.trajectories import ROUNDING, Trajectories
