@@ -228,7 +228,7 @@ def write(folder: Path, obstacles: Obstacles) -> None:
 
 
 def read(folder: Path) -> Obstacles:
-    """Return the obstacles: the exact inverse of `write`; none if the file does not exist, as in older data sets.
+    """Return the obstacles: the exact inverse of `write`; none if the file does not exist.
 
     Raises
     ------
