@@ -11,9 +11,9 @@ from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.bodies.walls import Walls
 from luxloop.sensor_model.kernels import records
 from luxloop.sensor_model.kernels.culling import rig_reach
+from luxloop.sensor_model.kernels.point_shift import shift_to_relief
 from luxloop.sensor_model.kernels.points import points_on_bodies
 from luxloop.sensor_model.kernels.records import RoughPlanes
-from luxloop.sensor_model.kernels.relief_shift import shift_to_relief
 from luxloop.sensor_model.kernels.rig_scan import cast_rig, pack_echoes
 from luxloop.sensor_model.kernels.secondary_rays import cast_rays
 from luxloop.sensor_model.noise.ghosts import Mirrored
