@@ -2,7 +2,6 @@
 
 import re
 
-BANDS = {"range": "range", "class": "class", "view": "view", "points": "points"}
 TARGETS = {"stationary_target": "standing", "moving_target": "moving"}
 VIEWS = "l_shape|side|rear|front|none"
 MODELS = "stationary|cv|ca|ctrv|ctra|two-axle|mma"
