@@ -5,8 +5,8 @@ import numpy.typing as npt
 
 from luxloop import elementary, elementwise
 from luxloop.arrays import Floats, Ints
+from luxloop.sensor_model.bodies.rotation import tilt_rotations
 from luxloop.sensor_model.bodies.scene import Bodies, BodyFactory
-from luxloop.sensor_model.bodies.tilt import tilt_rotations
 from luxloop.sensor_model.bodies.walls import NearbyWalls, walls_of
 from luxloop.sensor_model.clutter import ClutterSources
 from luxloop.sensor_model.ground import UnevenGround
@@ -20,13 +20,12 @@ from luxloop.sensor_model.noise.random_draws import Draws
 from luxloop.sensor_model.noise.ranging import MeasuredRanges, echo_places, measure_ranges, measure_widths
 from luxloop.sensor_model.noise.thresholds import Thresholds
 from luxloop.sensor_model.odometry import Odometry
-from luxloop.sensor_model.raycaster import Echoes, Raycaster
+from luxloop.sensor_model.raycaster import Echoes, Raycaster, displace
 from luxloop.sensor_model.returns import NOTHING, Returns
 from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
 from luxloop.sensor_model.rig.rig import Rig
 from luxloop.sensor_model.scan_context import ScanContext, displacement, over_ground
 from luxloop.sensor_model.sensor_config import SensorConfig
-from luxloop.sensor_model.surface_relief import displace
 from luxloop.sensor_model.truth import NO_ACTOR, Cause, Loss, Part, ScanTruth
 from luxloop.sensor_model.visibility import from_surfaces, view_kind, visible_faces
 from luxloop.sim.world import Obstacles, WorldFrame

@@ -1,6 +1,6 @@
-"""Ray caster: the echoes of each beam, without noise."""
+"""Ray caster: the echoes of each beam, without noise, on the solids or on the relief of their surfaces."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,9 @@ from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.bodies.walls import Walls
 from luxloop.sensor_model.kernels import records
 from luxloop.sensor_model.kernels.culling import rig_reach
+from luxloop.sensor_model.kernels.point_shift import shift_to_relief
 from luxloop.sensor_model.kernels.points import points_on_bodies
+from luxloop.sensor_model.kernels.records import RoughPlanes
 from luxloop.sensor_model.kernels.rig_scan import cast_rig, pack_echoes
 from luxloop.sensor_model.kernels.secondary_rays import cast_rays
 from luxloop.sensor_model.noise.ghosts import Mirrored
@@ -214,3 +216,23 @@ def _static_scene(walls: Walls, context: ScanContext) -> records.StaticScene:
     return records.StaticScene(
         walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, context.extinction, context.ground
     )
+
+
+def displace(echoes: Echoes, bodies: Bodies, scale: float) -> Echoes:
+    """Return the echoes moved to the relief of their surfaces.
+
+    Parameters
+    ----------
+    echoes
+        Echoes of the solids.
+    scale
+        Factor of the heights; 0 returns the echoes unchanged.
+    """
+    if scale == 0.0:
+        return echoes
+    ranges, points = echoes.range.copy(), echoes.point_body.copy()
+    rough = RoughPlanes(
+        bodies.planes_body, bodies.plane_turn, bodies.plane_relief, bodies.plane_pivot, bodies.relief_waves
+    )
+    shift_to_relief(echoes.target, echoes.surface, echoes.direction_body, rough, scale, ranges, points)
+    return replace(echoes, range=ranges, point_body=points)

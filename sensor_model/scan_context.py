@@ -8,7 +8,7 @@ from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
 from luxloop.sensor_model.bodies.scene import Bodies
 from luxloop.sensor_model.ground import FLAT
-from luxloop.sensor_model.kernels.calibration_shift import calibration_shift
+from luxloop.sensor_model.kernels.point_shift import calibration_shift
 from luxloop.sensor_model.kernels.records import EgoDrive, Ground, MountErrors
 from luxloop.sensor_model.returns import Returns
 from luxloop.sensor_model.rig.beams import BeamTable

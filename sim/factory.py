@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from luxloop.plugins import PluginGroup
-from luxloop.sim.candidates.moment import Moment
+from luxloop.sim.candidates.candidates import Moment
 from luxloop.sim.highway.highway_config import HighwayTraffic
 from luxloop.sim.process.process_source import AHEAD, Frame_co, ProcessSource, Start_co, SteppedSource
 from luxloop.sim.replay.replay_config import ReplayTraffic

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
-from luxloop.sim.ground_contact import ground_contact
 from luxloop.sim.kinematics import Kinematics
 from luxloop.sim.modes import ModeClassifier, ModeLimits
+from luxloop.sim.road_terrain import ground_contact
 from luxloop.sim.roster import Member
 from luxloop.sim.suspension import Suspension
 from luxloop.sim.world import Actors, Ego, Terrain, WorldFrame

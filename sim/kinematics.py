@@ -1,4 +1,4 @@
-"""Records of motion between a simulator and the world record."""
+"""Records of motion between a simulator and the world record, and the origin of the world frame."""
 
 from dataclasses import dataclass, field
 
@@ -63,3 +63,12 @@ class Kinematics:
     def joint_angles(self) -> Floats:
         """(N, JOINTS) [rad] see `luxloop.sim.world.Actors`."""
         return np.column_stack([self.articulation, self.further_articulation])
+
+
+STEP_M = 10_000.0
+"""[m] Grid of possible origins: round numbers keep coordinates recognisable; small maps keep the origin (0, 0)."""
+
+
+def origin_near(place: Floats) -> Floats:
+    """Return the multiple (2,) of `STEP_M` nearest to the ego's first position (2,), in simulator coordinates [m]."""
+    return np.round(place / STEP_M) * STEP_M + 0.0  # adding 0.0 turns -0 into 0

@@ -3,8 +3,7 @@
 from collections.abc import Hashable
 from dataclasses import dataclass
 
-from luxloop.sim.default_sizes import redrawn_size
-from luxloop.sim.reflectivity import paint_reflectivity
+from luxloop.sim.actor_draws import paint_reflectivity, redrawn_size
 from luxloop.sim.world import Kind
 
 EGO_ID = 0

@@ -17,8 +17,7 @@ from luxloop.scenarios.report.cells import counted
 from luxloop.scenarios.run import progress
 from luxloop.sensor_model.rig.rig import load_rig
 from luxloop.sim.candidates.candidate_log import CandidateLog
-from luxloop.sim.candidates.candidates import Candidates
-from luxloop.sim.candidates.moment import Moment
+from luxloop.sim.candidates.candidates import Candidates, Moment
 from luxloop.sim.candidates.want import Want
 from luxloop.sim.factory import make_survey
 from luxloop.sim.highway.environment import environments

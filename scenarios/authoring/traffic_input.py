@@ -8,15 +8,14 @@ from pathlib import Path
 
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files import shipped
-from luxloop.sim.compressed import DAMAGED
 from luxloop.sim.highway.environment import environments
 from luxloop.sim.highway.highway_config import HighwayTraffic
+from luxloop.sim.input_files import DAMAGED, root_element
 from luxloop.sim.replay.recording_files import recording_roots
 from luxloop.sim.replay.replay_config import ENDINGS, ReplayTraffic
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.sumo.input_checks import text_of
 from luxloop.sim.sumo.sumo_config import SumoTraffic
-from luxloop.sim.xml_root import root_element
 
 _TRAFFIC = re.compile(r"<(vehicle|trip|flow|person|personFlow|container)\b")
 _SIGNALS = re.compile(r"<(tlLogic|WAUT)\b")

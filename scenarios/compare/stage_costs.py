@@ -1,12 +1,13 @@
 """`luxloop blame`: costs of the stages with intervals over vehicles, and the printed report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from luxloop.scenarios.compare.compared_metrics import COMPARED_METRICS
 from luxloop.scenarios.compare.resampling import differences
 from luxloop.scenarios.compare.vehicle_sums import vehicle_sums
 from luxloop.scenarios.document.document import Answer, Block, Bullets, Document, Paragraph, Section, Span, Table, Words
 from luxloop.scenarios.grading.grading_config import GradingConfig
+from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import (
     BLAME_METRICS,
@@ -16,14 +17,12 @@ from luxloop.scenarios.oracle.stage_blame import (
     OF_TRACKS,
     SHOWN_DIGITS,
     Blame,
-    BlameMetric,
     StageCost,
 )
 from luxloop.scenarios.report.cells import NONE, table_of, value_of
 from luxloop.scenarios.report.run_document import header
 
 (COMPARED,) = (metric for metric in COMPARED_METRICS if metric.name == COST_METRIC)
-(BLAMED,) = (metric for metric in OF_TRACKS if metric.name == COST_METRIC)
 
 
 def stage_costs(blame: Blame) -> list[StageCost]:
@@ -32,7 +31,7 @@ def stage_costs(blame: Blame) -> list[StageCost]:
     Vehicles are paired: all oracles process the scans of the shipped tracker. If the tracks drive the ego, the drives
     differ, and there are no intervals.
     """
-    found = [(stage, blame.gain(stage, BLAMED)) for stage in Stage]
+    found = [(stage, blame.gain(stage, COST_METRIC)) for stage in Stage]
     costs = [StageCost(stage, gain, _paired_interval(blame, stage)) for stage, gain in found if gain is not None]
     return sorted(costs, key=lambda cost: -cost.value)
 
@@ -108,32 +107,32 @@ def _interval(cost: StageCost) -> str:
     return f" [{low}, {high}]"
 
 
-def _table(title: str, blame: Blame, metrics: Sequence[BlameMetric]) -> Table:
+def _table(title: str, blame: Blame, heads: Mapping[str, str]) -> Table:
     """Return a table with a row per stage: values of the metrics, and differences below them."""
     table = table_of(title, "truth for")
-    for metric in metrics:
-        table.add_column(metric.title.replace(" ", "\n"), justify="right")
+    for head in heads.values():
+        table.add_column(head.replace(" ", "\n"), justify="right")
     shipped = blame.shipped.metrics
-    table.add_row("none", *(value_of(shipped[metric.name]) for metric in metrics), end_section=True)
+    table.add_row("none", *(value_of(shipped[name]) for name in heads), end_section=True)
     for stage in Stage:
-        table.add_row(stage, *(_cell(blame, stage, metric) for metric in metrics))
+        table.add_row(stage, *(_cell(blame, stage, name) for name in heads))
     return table
 
 
-def _cell(blame: Blame, stage: Stage, metric: BlameMetric) -> Words:
-    measured, gain = blame.by_truth[stage][metric.name], blame.gain(stage, metric)
+def _cell(blame: Blame, stage: Stage, metric: str) -> Words:
+    measured, gain = blame.by_truth[stage][metric], blame.gain(stage, metric)
     if not gain:
         return Span(value_of(measured), "dim")
-    change = gain if metric.better == "more" else -gain
+    change = gain if find_metric(metric).definition.better == "more" else -gain
     signed = f"{change:+.0f}" if measured.unit == "count" else f"{change:+.{SHOWN_DIGITS}f}"
     return value_of(measured), Span("\n" + signed, "good" if gain > 0 else "bad")
 
 
-def _verdict(blame: Blame, metric: BlameMetric) -> str:
+def _verdict(blame: Blame, metric: str) -> str:
     """Name the two stages with the largest cost for a metric."""
-    as_is = blame.shipped.metrics[metric.name]
+    as_is = blame.shipped.metrics[metric]
     if as_is.value is None:
-        return f"{metric.name} is {NONE}: {as_is.reason}"
-    costly = [f"{stage} ({value_of(blame.by_truth[stage][metric.name])})" for stage in blame.ranking(metric)[:2]]
+        return f"{metric} is {NONE}: {as_is.reason}"
+    costly = [f"{stage} ({value_of(blame.by_truth[stage][metric])})" for stage in blame.ranking(metric)[:2]]
     verdict = f"{costly[0]} costs most" if costly else "no stage's truth makes it better"
-    return f"{metric.name} is {value_of(as_is)}: {', then '.join([verdict, *costly[1:]])}"
+    return f"{metric} is {value_of(as_is)}: {', then '.join([verdict, *costly[1:]])}"

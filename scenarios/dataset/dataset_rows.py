@@ -1,6 +1,6 @@
 """Conversion between the records of a frame and the rows of a data set, lossless in both directions."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +19,76 @@ from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import Actors, Ego, Obstacles, WorldFrame
 from luxloop.tracker.scan import Scan
 
+Columns = Mapping[str, str | tuple[str, ...]]
+"""Column of each field of a record; several where the field is an array with as many columns."""
+
 PLACE = ("x_ego_m", "y_ego_m", "z_ego_m")
-POSE, POSE_EGO = ("x_world_m", "y_world_m", "heading_world_rad"), ("x_ego_m", "y_ego_m", "heading_ego_rad")
-SIZE, NEAREST = ("length_m", "width_m", "height_m"), ("corner_x_ego_m", "corner_y_ego_m")
-VELOCITY, ACCELERATION = ("vx_world_mps", "vy_world_mps"), ("ax_world_mps2", "ay_world_mps2")
-DEVIATION = ("deviation_along_m", "deviation_across_m")
-ATTITUDE = ("pitch_rad", "roll_rad")
-EGO_POSE, ODOM_POSE = ("ego_x_world_m", "ego_y_world_m", "ego_yaw_world_rad"), ("odom_x_m", "odom_y_m", "odom_yaw_rad")
-"""Groups of columns that are one array in the records."""
+POSE_EGO, NEAREST = ("x_ego_m", "y_ego_m", "heading_ego_rad"), ("corner_x_ego_m", "corner_y_ego_m")
+BODY: Columns = {
+    "velocity_world": ("vx_world_mps", "vy_world_mps"),
+    "acceleration_world": ("ax_world_mps2", "ay_world_mps2"),
+    "yaw_rate": "yaw_rate_radps",
+    "size": ("length_m", "width_m", "height_m"),
+    "changes_lane": "changes_lane",
+    "deviation": ("deviation_along_m", "deviation_across_m"),
+    "ground_z": "ground_z_m",
+    "attitude": ("pitch_rad", "roll_rad"),
+}
+"""Fields of the ego and of actors."""
+EGO: Columns = {
+    "pose_world": ("ego_x_world_m", "ego_y_world_m", "ego_yaw_world_rad"),
+    **{
+        field: f"ego_{names}" if isinstance(names, str) else tuple(f"ego_{name}" for name in names)
+        for field, names in BODY.items()
+    },
+}
+ACTOR: Columns = {
+    "id": "actor_id",
+    "name": "name",
+    "kind": "kind",
+    "pose_world": ("x_world_m", "y_world_m", "heading_world_rad"),
+    **BODY,
+    "articulation": ARTICULATION[0],
+    "further_articulation": ARTICULATION[1:],
+    "mode": "mode",
+    "reflectivity": "reflectivity",
+}
+ODOMETRY: Columns = {"ego_pose_odom": ("odom_x_m", "odom_y_m", "odom_yaw_rad")}
+POINT: Columns = {
+    "points_ego": PLACE,
+    "time_offset": "time_offset_s",
+    "unit": "unit",
+    "layer": "layer",
+    "echo": "echo",
+    "echo_pulse_width": "echo_pulse_width_m",
+    "flags": "flags",
+}
+POINT_TRUTH: Columns = {"actor_id": "actor_id", "part": "part", "cause": "cause", "true_range": "true_range_m"}
+LOST: Columns = {"lost_unit": "unit", "lost_beam": "beam", "lost_cause": "cause"}
+
+
+def columns_of(record: Any, columns: Columns) -> dict[str, Any]:
+    """Return fields of a record as columns."""
+    found: dict[str, Any] = {}
+    for field, names in columns.items():
+        value = getattr(record, field)
+        found |= {names: value} if isinstance(names, str) else _named(names, value.T)
+    return found
+
+
+def fields_of(rows: Values, columns: Columns) -> dict[str, Any]:
+    """Return columns as fields of a record: the inverse of `columns_of`."""
+    return {field: _field(rows, names) for field, names in columns.items()}
+
+
+def _field(rows: Values, names: str | tuple[str, ...]) -> npt.NDArray[Any]:
+    """Return one or several columns as traffic and sensor give them: codes as uint8, names in the narrowest dtype."""
+    if not isinstance(names, str):
+        return np.stack([rows[name] for name in names], axis=1)
+    values = rows[names]
+    if values.dtype.kind == "U":
+        return np.array(values.tolist(), dtype=np.str_)
+    return values.astype(np.uint8) if values.dtype == np.int8 else values
 
 
 def rows_of(frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> dict[str, Values]:
@@ -60,111 +122,45 @@ def records_of(
         Positions of the units, see `Scan.unit_positions_ego`; the rows do not contain them.
     """
     scans, points, labels = rows["scans"], rows["points"], rows["labels"]
-    frame = WorldFrame(int(scans["frame"][0]), float(scans["time_s"][0]), _ego(scans), _actors(labels))
+    frame = WorldFrame(
+        int(scans["frame"][0]), float(scans["time_s"][0]), _ego(scans), Actors(**fields_of(labels, ACTOR))
+    )
     scan = Scan(
         time=frame.time,
-        ego_pose_odom=_stack(scans, ODOM_POSE)[0],
-        points_ego=_stack(points, PLACE),
-        time_offset=points["time_offset_s"],
-        unit=points["unit"],
-        layer=points["layer"],
-        echo=points["echo"],
-        echo_pulse_width=points["echo_pulse_width_m"],
-        flags=points["flags"],
+        ego_pose_odom=fields_of(scans, ODOMETRY)["ego_pose_odom"][0],
         sweep_limits=sweep_limits,
         unit_positions_ego=unit_positions_ego,
+        **fields_of(points, POINT),
     )
     truth = ScanTruth(
-        actor_id=points["actor_id"],
-        part=points["part"].astype(np.uint8),
-        cause=points["cause"].astype(np.uint8),
-        true_range=points["true_range_m"],
-        lost_unit=rows["losses"]["unit"],
-        lost_beam=rows["losses"]["beam"],
-        lost_cause=rows["losses"]["cause"].astype(np.uint8),
         unit_hits=rows["hits"]["hits"].reshape(-1, units),
         unit_hits_alone=rows["hits"]["hits_alone"].reshape(-1, units),
-        faces=labels["faces"],
-        view=labels["view"].astype(np.uint8),
+        **fields_of(points, POINT_TRUTH),
+        **fields_of(rows["losses"], LOST),
+        **fields_of(labels, {"faces": "faces", "view": "view"}),
     )
     return frame, scan, truth
 
 
 def _ego(scans: Values) -> Ego:
-    def ego(*names: str) -> Floats:
-        values: Floats = _stack(scans, tuple(f"ego_{name}" for name in names))[0]
-        return values
-
-    return Ego(
-        pose_world=_stack(scans, EGO_POSE)[0],
-        velocity_world=ego(*VELOCITY),
-        acceleration_world=ego(*ACCELERATION),
-        yaw_rate=float(scans["ego_yaw_rate_radps"][0]),
-        size=ego(*SIZE),
-        changes_lane=bool(scans["ego_changes_lane"][0]),
-        deviation=ego(*DEVIATION),
-        ground_z=float(scans["ego_ground_z_m"][0]),
-        attitude=ego(*ATTITUDE),
-    )
-
-
-def _actors(labels: Values) -> Actors:
-    return Actors(
-        id=labels["actor_id"],
-        # The narrowest dtype for these names, as traffic sources return it.
-        name=np.array(labels["name"].tolist(), dtype=np.str_),
-        kind=labels["kind"].astype(np.uint8),
-        pose_world=_stack(labels, POSE),
-        velocity_world=_stack(labels, VELOCITY),
-        acceleration_world=_stack(labels, ACCELERATION),
-        yaw_rate=labels["yaw_rate_radps"],
-        articulation=labels["articulation_rad"],
-        further_articulation=_stack(labels, ARTICULATION[1:]),
-        mode=labels["mode"].astype(np.uint8),
-        changes_lane=labels["changes_lane"],
-        deviation=_stack(labels, DEVIATION),
-        ground_z=labels["ground_z_m"],
-        attitude=_stack(labels, ATTITUDE),
-        size=_stack(labels, SIZE),
-        reflectivity=labels["reflectivity"],
-    )
+    fields = fields_of(scans, EGO)
+    return Ego(**{name: values[0] if values.ndim > 1 else values[0].item() for name, values in fields.items()})
 
 
 def _scans(frame: WorldFrame, scan: Scan) -> Values:
-    ego = frame.ego
     row = {
         "frame": frame.index,
         "time_s": frame.time,
-        **_named(EGO_POSE, ego.pose_world),
-        **_named([f"ego_{name}" for name in VELOCITY], ego.velocity_world),
-        **_named([f"ego_{name}" for name in ACCELERATION], ego.acceleration_world),
-        "ego_yaw_rate_radps": ego.yaw_rate,
-        **_named([f"ego_{name}" for name in SIZE], ego.size),
-        "ego_changes_lane": ego.changes_lane,
-        **_named([f"ego_{name}" for name in DEVIATION], ego.deviation),
-        "ego_ground_z_m": ego.ground_z,
-        **_named([f"ego_{name}" for name in ATTITUDE], ego.attitude),
-        **_named(ODOM_POSE, scan.ego_pose_odom),
+        **columns_of(frame.ego, EGO),
+        **columns_of(scan, ODOMETRY),
         "points": len(scan),
     }
     return {name: np.array([value]) for name, value in row.items()}
 
 
 def _points(frame: WorldFrame, scan: Scan, truth: ScanTruth) -> Values:
-    return {
-        "frame": np.full(len(scan), frame.index),
-        **_named(PLACE, scan.points_ego.T),
-        "time_offset_s": scan.time_offset,
-        "unit": scan.unit,
-        "layer": scan.layer,
-        "echo": scan.echo,
-        "echo_pulse_width_m": scan.echo_pulse_width,
-        "flags": scan.flags,
-        "actor_id": truth.actor_id,
-        "part": truth.part,
-        "cause": truth.cause,
-        "true_range_m": truth.true_range,
-    }
+    number = {"frame": np.full(len(scan), frame.index)}
+    return number | columns_of(scan, POINT) | columns_of(truth, POINT_TRUTH)
 
 
 def _labels(frame: WorldFrame, truth: ScanTruth, grade: FrameGrade) -> Values:
@@ -174,13 +170,9 @@ def _labels(frame: WorldFrame, truth: ScanTruth, grade: FrameGrade) -> Values:
     sign = nearest_sign(boxes_ego)
     return {
         "frame": np.full(len(actors), frame.index),
-        "actor_id": actors.id,
-        "name": actors.name,
-        "kind": actors.kind,
+        **columns_of(actors, ACTOR),
         "graded": grade.graded,
         **_named(POSE_EGO, pose_ego.T),
-        **_named(POSE, actors.pose_world.T),
-        **_named(SIZE, actors.size.T),
         **_named(NEAREST, corner(boxes_ego, sign).T),
         "corner_front": sign[:, 0] > 0,
         "corner_left": sign[:, 1] > 0,
@@ -188,16 +180,6 @@ def _labels(frame: WorldFrame, truth: ScanTruth, grade: FrameGrade) -> Values:
         "faces": truth.faces,
         "points": grade.points,
         "visible_fraction": truth.visible_fraction,
-        **_named(VELOCITY, actors.velocity_world.T),
-        **_named(ACCELERATION, actors.acceleration_world.T),
-        "yaw_rate_radps": actors.yaw_rate,
-        "mode": actors.mode,
-        **_named(ARTICULATION, actors.joint_angles.T),
-        "changes_lane": actors.changes_lane,
-        **_named(DEVIATION, actors.deviation.T),
-        "ground_z_m": actors.ground_z,
-        **_named(ATTITUDE, actors.attitude.T),
-        "reflectivity": actors.reflectivity,
     }
 
 
@@ -213,21 +195,11 @@ def _hits(frame: WorldFrame, truth: ScanTruth) -> Values:
 
 
 def _losses(frame: WorldFrame, truth: ScanTruth) -> Values:
-    return {
-        "frame": np.full(len(truth.lost_unit), frame.index),
-        "unit": truth.lost_unit,
-        "beam": truth.lost_beam,
-        "cause": truth.lost_cause,
-    }
+    return {"frame": np.full(len(truth.lost_unit), frame.index)} | columns_of(truth, LOST)
 
 
 def _named(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
     return dict(zip(names, values, strict=True))
-
-
-def _stack(values: Values, names: tuple[str, ...]) -> npt.NDArray[Any]:
-    """Return several columns as an array (rows, columns)."""
-    return np.stack([values[name] for name in names], axis=1)
 
 
 FILE = "obstacles.parquet"
@@ -256,7 +228,7 @@ def write(folder: Path, obstacles: Obstacles) -> None:
 
 
 def read(folder: Path) -> Obstacles:
-    """Return the obstacles: the exact inverse of `write`; none if the file does not exist, as in older data sets.
+    """Return the obstacles: the exact inverse of `write`; none if the file does not exist.
 
     Raises
     ------

@@ -13,7 +13,6 @@ Frames are written in batches during the run: a data set may be larger than memo
 """
 
 import json
-import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -212,8 +211,7 @@ def create(out: Path, run: Path) -> Iterator[DatasetWriter]:
     OutputError
         `out` exists, cannot be written, or contains or is contained in the folder `run` of the results.
     """
-    paths = [Path(os.path.realpath(folder)) for folder in (out, run)]
-    if paths[0].is_relative_to(paths[1]) or paths[1].is_relative_to(paths[0]):
+    if atomic_folder.overlap(out, run):
         raise OutputError(
             f"{out}: is inside the folder of the run, {run}, or contains it; choose another with {OPTION}"
         )

@@ -6,7 +6,7 @@ agree.
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -55,12 +55,6 @@ def plain(words: Words) -> str:
 def code(text: str) -> Span:
     """Return a name or a path that users type."""
     return Span(text, "code")
-
-
-def joined(parts: Iterable[Span], between: str = ", ") -> tuple[Span, ...]:
-    """Return several spans with a text between them."""
-    found = [part for span in parts for part in (Span(between), span)]
-    return tuple(found[1:])
 
 
 Cell = tuple[Span, ...]

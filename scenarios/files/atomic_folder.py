@@ -79,6 +79,12 @@ def refuse_other_files(
         raise OutputError(f"{out}: is a file; choose another folder with {option}")
 
 
+def overlap(one: Path, other: Path) -> bool:
+    """Return True if two folders are the same, or one contains the other; symbolic links are followed."""
+    here, there = (Path(os.path.realpath(folder)) for folder in (one, other))
+    return there.is_relative_to(here) or here.is_relative_to(there)
+
+
 def is_unfinished(folder: Path) -> bool:
     """Return True for a temporary folder of `create`: its process was killed, or is still writing or removing it."""
     return bool(re.fullmatch(r"\..*-\d{1,9}-[0-9a-f]{8}\.partial", Path(os.path.realpath(folder)).name))

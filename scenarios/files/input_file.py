@@ -36,7 +36,7 @@ def open_parquet(path: Path) -> Any:
     """
     import pyarrow.parquet as pq
 
-    from luxloop.sim.compressed import FACTOR
+    from luxloop.sim.input_files import FACTOR
 
     require_plain(path)
     file = pq.ParquetFile(path)

@@ -312,40 +312,32 @@ def _columns(rows: pd.DataFrame, names: tuple[str, ...]) -> Floats:
 Row = Mapping[str, Any]
 """Row of the table `emergence`, by column."""
 NO_TARGET = "the scenario names no grading.target"
-OLDER = "the run was made by a version without the table emergence; run the scenario again"
 NEVER = "never reached"
 NEVER_FOR_HALF = "half of the actors or more never reached it"
 
 
-def grade_emergence(sheet: MetricSheet, emergence: pd.DataFrame | None, target: str) -> None:
+def grade_emergence(sheet: MetricSheet, emergence: pd.DataFrame, target: str) -> None:
     """Enter the `emergence` metrics.
 
     Parameters
     ----------
     emergence
-        Table of the run; None for a run of an earlier version.
+        Table of the run.
     target
         Name of the target; empty for none.
     """
-    table = pd.DataFrame(columns=list(COLUMNS)) if emergence is None else emergence
-    of_target = table[table["name"] == target].to_dict("records") if target else []
+    of_target = emergence[emergence["name"] == target].to_dict("records") if target else []
     rows = {row["stage"]: row for row in of_target}
-    why = "" if rows else _why_no_target(emergence, target)
+    why = "" if rows else f'no actor is named "{target}"' if target else NO_TARGET
     for stage in STAGES:
         _write_stage(sheet, stage, rows.get(stage), why)
     _write_end(sheet, [row for row in of_target if not row["reached"]], why)
-    columns = {name: np.asarray(table[name]) for name in ("kind", "stage", "delay_s", "range_m", "reached")}
+    columns = {name: np.asarray(emergence[name]) for name in ("kind", "stage", "delay_s", "range_m", "reached")}
     seen = ~np.isnan(columns["delay_s"].astype(np.float64))
     for group, kinds in list(EMERGING.items())[1:]:
         rows_of_group = np.flatnonzero(seen & np.isin(columns["kind"].astype(np.str_), kinds))
         found = {name: column[rows_of_group] for name, column in columns.items()}
-        _write_group(sheet, group, found, OLDER if emergence is None else "")
-
-
-def _why_no_target(emergence: pd.DataFrame | None, target: str) -> str:
-    if not target:
-        return NO_TARGET
-    return OLDER if emergence is None else f'no actor is named "{target}"'
+        _write_group(sheet, group, found)
 
 
 def _write_stage(sheet: MetricSheet, stage: str, row: Row | None, why: str) -> None:
@@ -384,14 +376,14 @@ def _why_none(name: str, reached: bool) -> str:
     return "the paths do not meet in the run" if name.startswith("meeting") else "no beam ever ended on it"
 
 
-def _write_group(sheet: MetricSheet, group: str, columns: Mapping[str, npt.NDArray[Any]], why: str) -> None:
+def _write_group(sheet: MetricSheet, group: str, columns: Mapping[str, npt.NDArray[Any]]) -> None:
     """Enter the medians and shares of all actors of a group that any beam ended on.
 
     `columns` (n,) are those of the actors' rows of the table.
     """
     for stage in STAGES:
         found = np.flatnonzero(columns["stage"] == stage)
-        none, reached = why or f"no beam ended on a {group}", columns["reached"][found].astype(np.bool_)
+        none, reached = f"no beam ended on a {group}", columns["reached"][found].astype(np.bool_)
         delay = median(columns["delay_s"][found].astype(np.float64), reached)
         near = np.where(reached, columns["range_m"][found].astype(np.float64), -np.inf)
         range_m = float(np.quantile(near, 0.5, method="inverted_cdf")) if len(near) else -np.inf

@@ -80,9 +80,8 @@ def _scores(run: RunObservations, filters: Filters) -> dict[str, Metric]:
 def _gospa(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     """Return GOSPA and its parts. False tracks have a range and a time, but no class and no view."""
     false = _could_be_chosen(run.clear.tracks, filters)
-    ranged = "range" not in filters or bool(run.clear.tracks["range_m"].notna().all())
     sheet = MetricSheet()
-    gospa.grade_gospa(sheet, run.clear, run.config.gospa_cutoff_m, run.vehicle.chosen(filters), false, ranged=ranged)
+    gospa.grade_gospa(sheet, run.clear, run.config.gospa_cutoff_m, run.vehicle.chosen(filters), false)
     return sheet.metrics
 
 
@@ -105,7 +104,7 @@ def _could_be_chosen(tracks: pd.DataFrame, filters: Filters) -> Bools:
 def _emergence(run: RunObservations, filters: Filters) -> dict[str, Metric]:
     del filters  # emergence has none
     sheet = MetricSheet()
-    emergence.grade_emergence(sheet, run.tables.get("emergence"), run.config.target)
+    emergence.grade_emergence(sheet, run.tables["emergence"], run.config.target)
     return sheet.metrics
 
 

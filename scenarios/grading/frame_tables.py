@@ -197,19 +197,6 @@ FITS: Schema = {
 has a NaN rectangle, a baseline without a fit has no row. Bound, visible extents and the box of the selected rectangle
 are those of the observation, NaN without one. `fit_errors.measure` adds the errors and `oracle`."""
 
-ADDED = {
-    "truth": ("ax_world_mps2", "ay_world_mps2", "yaw_rate_radps", "vulnerable"),
-    "tracks": ("label", "range_m", "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2"),
-    "fits": ("seen_length_m", "seen_width_m", "box_heading_ego_rad", "box_heading_std_deg"),
-}
-"""Columns by table that earlier versions did not write; read as NaN."""
-
-
-def with_added(name: str, table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of a run, of any version, with the columns that were added since."""
-    return table.assign(**{column: np.nan for column in ADDED.get(name, ()) if column not in table})
-
-
 SEGMENTS: Schema = {
     "segment": np.int64,
     "points": np.int64,

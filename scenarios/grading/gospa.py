@@ -99,13 +99,10 @@ def _best(vehicle: Ints, track: Ints, gain: Floats) -> Ints:
 
 
 NOTHING = "no vehicle was graded and no track was reported"
-NO_RANGE = "an earlier version made the run, without the range of tracks"
 PARTS = ("localisation", "missed", "false")
 
 
-def grade_gospa(
-    sheet: MetricSheet, clear: ClearTable, cutoff_m: float, chosen: Bools, false_chosen: Bools, *, ranged: bool
-) -> None:
+def grade_gospa(sheet: MetricSheet, clear: ClearTable, cutoff_m: float, chosen: Bools, false_chosen: Bools) -> None:
     """Enter the mean over all frames with a chosen vehicle or false track.
 
     Parameters
@@ -116,8 +113,6 @@ def grade_gospa(
         `GradingConfig.gospa_cutoff_m`.
     chosen, false_chosen
         (n,) masks of the vehicles that count, and (m,) of the tracks that count if they are false.
-    ranged
-        False if tracks are chosen by their range, and it is not known.
     """
     vehicles, tracks = clear.vehicles, clear.tracks
     found = assign(vehicles, tracks, cutoff_m)
@@ -128,10 +123,10 @@ def grade_gospa(
     false = np.flatnonzero(is_false & false_chosen)
     frame = np.concatenate([vehicles["frame"].to_numpy()[chosen], tracks["frame"].to_numpy()[false]])
     cost = _costs(located[chosen], missed[chosen], np.full(len(false), 0.5 * cutoff_m**2))
-    parts = _sums(frame, cost) if ranged else np.empty((len(PARTS), 0))
-    sheet.mean("track.gospa_m", np.sqrt(parts.sum(axis=0)), NOTHING if ranged else NO_RANGE)
+    parts = _sums(frame, cost)
+    sheet.mean("track.gospa_m", np.sqrt(parts.sum(axis=0)), NOTHING)
     for name, part in zip(PARTS, parts, strict=True):
-        sheet.mean(f"track.gospa_{name}_m2", part, NOTHING if ranged else NO_RANGE)
+        sheet.mean(f"track.gospa_{name}_m2", part, NOTHING)
 
 
 def _costs(located: Floats, missed: Floats, false: Floats) -> Floats:

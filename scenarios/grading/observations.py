@@ -232,7 +232,7 @@ class RunObservations:
     def occlusion(self) -> Observations:
         """A row per occlusion of a followed vehicle that is not longer than `memory_s`."""
         rows = self.tables.get("occlusions")
-        if rows is None:  # files of boxes and runs of earlier versions
+        if rows is None:  # files of boxes
             rows = occlusion_table(self.tables["truth"], self.tables["tracks"], self.config)
         rows = rows[rows["gap_s"] <= self.config.memory_s]
         short = rows["gap_s"].to_numpy() <= SHORT_OCCLUSION_S

@@ -118,7 +118,6 @@ def _rows_in(candidates: pd.DataFrame, rows: pd.DataFrame) -> pd.Series:
 
 HIT_SIMILARITY = 0.5
 """Least similarity of a hit: half of `match_distance_m`."""
-OLDER = "the run was made by a version that did not grade people and riders; run the scenario again"
 NO_CLASSES = "the tracker does not distinguish small road users from vehicles"
 
 
@@ -137,12 +136,11 @@ def grade_vulnerable(
     truth, tracks, overlaps
         Tables of the run.
     """
-    known = "label" in tracks and "vulnerable" in truth and not truth["vulnerable"].isna().any()
-    why = {group: f"no {group} were graded" if known else OLDER for group in GROUPS}
-    if not known or not (truth["vulnerable"].to_numpy(np.bool_).any() or (tracks["label"] == SMALL).any()):
-        _write_none(sheet, why, len(truth) if known else 0)
+    why = {group: f"no {group} were graded" for group in GROUPS}
+    if not (truth["vulnerable"].any() or (tracks["label"] == SMALL).any()):
+        _write_none(sheet, why, len(truth))
         return
-    truth = truth.assign(graded=truth["vulnerable"].astype(np.bool_))
+    truth = truth.assign(graded=truth["vulnerable"])
     found = small_tracks(truth, tracks, overlaps, config)
     labelled = bool(tracks["label"].notna().any()) or not len(tracks)
     for group in GROUPS:
@@ -178,7 +176,7 @@ def _grade_group(
     sequence = tracking_sequence(users, counted, found.pairs)
     hits = list(clear_hits(sequence, HIT_SIMILARITY))
     clear = clear_table(users, counted, sequence, hits)
-    sheet.write(f"{group}.observations", None if why == OLDER else len(clear.vehicles), len(truth), why)
+    sheet.write(f"{group}.observations", len(clear.vehicles), len(truth), why)
     _grade_scores(sheet, group, sequence, hits, clear, labelled=labelled, why=why)
     _grade_misses(sheet, group, clear, tracks, within, labelled=labelled, why=why)
     _grade_errors(sheet, group, clear, sequence, hits)

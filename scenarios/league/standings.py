@@ -92,8 +92,6 @@ class Standing:
     differences: dict[str, PairedDifference]
     """By metric of `PAIRED` and `GOSPA`; empty for the shipped tracker."""
     hota_by_scenario: dict[str, float]
-    comparison: Comparison | None
-    """To the shipped tracker; None for itself, and without a common run."""
 
 
 def standings(rows: Sequence[Row], out: Path) -> list[Standing]:
@@ -162,7 +160,6 @@ def _standing(
         step_ratio=_step_ratio(finished, of_tracker[REFERENCE]),
         differences={} if comparison_to is None else _differences(comparison_to, gospa[REFERENCE], gospa[name]),
         hota_by_scenario=_by_scenario(digests),
-        comparison=comparison_to,
     )
 
 

@@ -3,7 +3,6 @@
 import re
 from functools import lru_cache
 
-BANDS = {"range": "range", "class": "class", "view": "view", "points": "points"}
 TARGETS = {"stationary_target": "standing", "moving_target": "moving"}
 VIEWS = "l_shape|side|rear|front|none"
 MODELS = "stationary|cv|ca|ctrv|ctra|two-axle|mma"

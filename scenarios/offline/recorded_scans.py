@@ -1,6 +1,5 @@
 """A recorded run, and its scans with frames and ground truth, exactly as in the run."""
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,10 +16,11 @@ from luxloop.scenarios.dataset import dataset_rows
 from luxloop.scenarios.dataset.dataset_columns import FILES, Column, Values
 from luxloop.scenarios.dataset.dataset_rows import records_of
 from luxloop.scenarios.errors import OutputError
+from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.input_file import open_parquet, read_parquet
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading import fit_errors, frame_tables
-from luxloop.scenarios.grading.frame_tables import Schema, with_added
+from luxloop.scenarios.grading.frame_tables import Schema
 from luxloop.scenarios.result import Result
 from luxloop.scenarios.run import run_folder
 from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
@@ -83,7 +83,7 @@ class RecordedScans:
         return len(self.time_s)
 
     def obstacles(self) -> Obstacles:
-        """Return the static obstacles; none for runs of versions that did not record them.
+        """Return the static obstacles; those of the run.
 
         Raises
         ------
@@ -248,8 +248,7 @@ class RecordedRun:
 
     def refuse_to_write_to(self, out: Path) -> None:
         """Raise an OutputError if `out` is the folder of the run, inside it, or contains it."""
-        here, there = (Path(os.path.realpath(folder)) for folder in (self.folder, out))
-        if there.is_relative_to(here) or here.is_relative_to(there):
+        if atomic_folder.overlap(self.folder, out):
             raise OutputError(
                 f"{out}: is the folder of the graded run, inside it, or contains it; choose another with --out"
             )
@@ -281,8 +280,6 @@ def _misfit(result: Result) -> str:
 def _restore(folder: Path, result: Result, name: str, schema: Schema) -> pd.DataFrame:
     """Return a table of the run; enumeration columns have all categories, in the order of their codes."""
     table = result.tables.get(name)
-    if table is not None:
-        table = with_added(name, table)
     missing = [name] if table is None else [column for column in schema if column not in table]
     if table is None or missing:
         raise OutputError(f"{folder}: {missing[0]} is missing in its tables; run the scenario again")

@@ -16,7 +16,7 @@ from luxloop.scenarios.dataset.dataset_columns import Column
 from luxloop.scenarios.errors import TracksError
 from luxloop.scenarios.files.input_file import read_parquet, require_plain
 from luxloop.scenarios.grading.frame_tables import LABELS
-from luxloop.sim import csv_rows
+from luxloop.sim import input_files
 from luxloop.tracker.records import Status, Tracks
 from luxloop.tracker.scan import Scan
 from luxloop.tracker.tracker import TrackerConfig
@@ -102,7 +102,7 @@ def read_table(path: Path, *, parquet: bool) -> pd.DataFrame:
         raise TracksError(
             f"{path}: cannot be read ({reason}); give a CSV file with a header, or a .parquet file"
         ) from error
-    if fault := csv_rows.surplus(table):
+    if fault := input_files.surplus(table):
         raise TracksError(f"{path}: {fault}")
     return _with_unique_columns(path, table.rename(columns=str.strip))
 

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
 import pandas as pd
 
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.grading.frame_truth import FrameGrade
 from luxloop.scenarios.grading.grader import Grader
+from luxloop.scenarios.metrics.definitions import find_metric
 from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.result import Metric, Result
@@ -28,49 +29,41 @@ COST_METRIC = "track.hota"
 """Metric of the answer in one line."""
 
 
-class BlameMetric(NamedTuple):
-    """Metric of the comparison of stages."""
+OF_STAGES = {
+    "segmentation.over_rate": "split",
+    "segmentation.under_rate": "merged",
+    "segmentation.missed_rate": "unfound",
+    "outliers.precision{cause=mirror}": "mirror prec.",
+    "outliers.recall{cause=mirror}": "mirror recall",
+    "outliers.precision{cause=layer_overlap}": "overlap prec.",
+    "outliers.recall{cause=layer_overlap}": "overlap recall",
+    "fit.heading_abs_mean_deg": "fit heading [deg]",
+    "fit.position_abs_mean_m": "corner [m]",
+}
+"""Metrics of detection by name, with the heads of their columns."""
 
-    name: str
-    title: str
-    better: Literal["less", "more"]
-
-
-OF_STAGES = (
-    BlameMetric("segmentation.over_rate", "split", "less"),
-    BlameMetric("segmentation.under_rate", "merged", "less"),
-    BlameMetric("segmentation.missed_rate", "unfound", "less"),
-    BlameMetric("outliers.precision{cause=mirror}", "mirror prec.", "more"),
-    BlameMetric("outliers.recall{cause=mirror}", "mirror recall", "more"),
-    BlameMetric("outliers.precision{cause=layer_overlap}", "overlap prec.", "more"),
-    BlameMetric("outliers.recall{cause=layer_overlap}", "overlap recall", "more"),
-    BlameMetric("fit.heading_abs_mean_deg", "fit heading [deg]", "less"),
-    BlameMetric("fit.position_abs_mean_m", "corner [m]", "less"),
-)
-"""Metrics of detection."""
-
-OF_FILTERS = (
-    BlameMetric("mma.x_abs_mean_m{target=moving}", "moving x [m]", "less"),
-    BlameMetric("mma.y_abs_mean_m{target=moving}", "moving y [m]", "less"),
-    BlameMetric("mma.mode_accuracy", "mode accuracy", "more"),
-    BlameMetric("track.moving_velocity_abs_mean_mps", "velocity [m/s]", "less"),
-    BlameMetric("track.standing_speed_mean_mps", "standing [m/s]", "less"),
-    BlameMetric("track.heading_flip_rate", "track heading flips", "less"),
-    BlameMetric("track.length_abs_mean_m", "length [m]", "less"),
-)
+OF_FILTERS = {
+    "mma.x_abs_mean_m{target=moving}": "moving x [m]",
+    "mma.y_abs_mean_m{target=moving}": "moving y [m]",
+    "mma.mode_accuracy": "mode accuracy",
+    "track.moving_velocity_abs_mean_mps": "velocity [m/s]",
+    "track.standing_speed_mean_mps": "standing [m/s]",
+    "track.heading_flip_rate": "track heading flips",
+    "track.length_abs_mean_m": "length [m]",
+}
 """Metrics of the estimates of tracks."""
 
-OF_TRACKS = (
-    BlameMetric("track.hota", "HOTA", "more"),
-    BlameMetric("track.idf1", "IDF1", "more"),
-    BlameMetric("track.time_to_confirm_s", "confirm [s]", "less"),
-    BlameMetric("track.missed", "missed", "less"),
-    BlameMetric("track.false", "false", "less"),
-    BlameMetric("track.false_on_nothing", "on nothing", "less"),
-    BlameMetric("track.false_ill_fitting", "ill fitting", "less"),
-    BlameMetric("track.id_switches", "id switches", "less"),
-    BlameMetric("track.occlusion_survival", "survival", "more"),
-)
+OF_TRACKS = {
+    "track.hota": "HOTA",
+    "track.idf1": "IDF1",
+    "track.time_to_confirm_s": "confirm [s]",
+    "track.missed": "missed",
+    "track.false": "false",
+    "track.false_on_nothing": "on nothing",
+    "track.false_ill_fitting": "ill fitting",
+    "track.id_switches": "id switches",
+    "track.occlusion_survival": "survival",
+}
 """Metrics of the whole tracker."""
 
 BLAME_METRICS = (*OF_STAGES, *OF_FILTERS, *OF_TRACKS)
@@ -101,15 +94,15 @@ class Blame:
     tables: dict[Stage, Tables]
     """Tables with an oracle for one stage, on the scans of the tracker; none if the tracks drive the ego."""
 
-    def gain(self, stage: Stage, metric: BlameMetric) -> float | None:
+    def gain(self, stage: Stage, metric: str) -> float | None:
         """Return the improvement of a metric by the oracle of a stage, in its unit; None if it applies to one only."""
-        as_is, by_truth = self.shipped.metrics[metric.name].value, self.by_truth[stage][metric.name].value
+        as_is, by_truth = self.shipped.metrics[metric].value, self.by_truth[stage][metric].value
         if as_is is None or by_truth is None:
             return None
-        gain = by_truth - as_is if metric.better == "more" else as_is - by_truth
+        gain = by_truth - as_is if find_metric(metric).definition.better == "more" else as_is - by_truth
         return round(gain, SHOWN_DIGITS) + 0.0  # no negative zero
 
-    def ranking(self, metric: BlameMetric) -> list[Stage]:
+    def ranking(self, metric: str) -> list[Stage]:
         """Return the stages whose oracle improves a metric, largest gain first."""
         gains = {stage: self.gain(stage, metric) or 0.0 for stage in Stage}
         return sorted((stage for stage in Stage if gains[stage] > 0.0), key=lambda stage: -gains[stage])
@@ -176,7 +169,7 @@ def document(blame: Blame, costs: Sequence[StageCost]) -> dict[str, Any]:
     result = blame.shipped
 
     def selected(metrics: Metrics) -> dict[str, Any]:
-        return {metric.name: asdict(metrics[metric.name]) for metric in BLAME_METRICS}
+        return {name: asdict(metrics[name]) for name in BLAME_METRICS}
 
     return {
         "scenario": result.scenario,
@@ -189,5 +182,5 @@ def document(blame: Blame, costs: Sequence[StageCost]) -> dict[str, Any]:
         "shipped": selected(result.metrics),
         "by_truth": {stage: selected(metrics) for stage, metrics in blame.by_truth.items()},
         "costs": {COST_METRIC: {cost.stage: {"value": cost.value, "interval": cost.interval} for cost in costs}},
-        "ranking": {metric.name: blame.ranking(metric) for metric in BLAME_METRICS},
+        "ranking": {name: blame.ranking(name) for name in BLAME_METRICS},
     }

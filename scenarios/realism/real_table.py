@@ -7,7 +7,7 @@ import pandas as pd
 
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.realism.realism_comparison import FIGURES
-from luxloop.sim import csv_rows
+from luxloop.sim import input_files
 
 VIEW = ("range_m", "aspect_deg", "front_seen")
 """Columns by which vehicles are matched."""
@@ -68,7 +68,7 @@ def _csv(path: Path) -> pd.DataFrame:
     except (OSError, ValueError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{path}: is not a CSV file ({reason}); see docs/realism.md for its columns") from error
-    if fault := csv_rows.surplus(table):
+    if fault := input_files.surplus(table):
         raise InputError(f"{path}: {fault}")
     if table.empty:
         raise InputError(f"{path}: has no rows; give a row per vehicle or band")

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import pyarrow as pa
 
 from luxloop.arrays import Floats, Ints
 from luxloop.scenarios.dataset.dataset_columns import Values
+from luxloop.scenarios.dataset.dataset_rows import ACTOR, POINT, fields_of
 from luxloop.scenarios.errors import OutputError
 from luxloop.scenarios.files import atomic_folder
 from luxloop.scenarios.files.input_file import read_parquet
@@ -55,6 +55,21 @@ def _require_finite(value: Any) -> None:
         raise ValueError("summary.json: a number is not finite")
 
 
+LABELLED = {
+    field: ACTOR[field]
+    for field in (
+        "id",
+        "name",
+        "kind",
+        "pose_world",
+        "velocity_world",
+        "acceleration_world",
+        "yaw_rate",
+        "size",
+        "mode",
+    )
+}
+"""Columns of the fields of actors that labels hold."""
 MARGIN_M = 0.3
 """[m] A point this far outside a box is on its vehicle: range noise, mirrors, and the error of the recorded pose."""
 
@@ -62,23 +77,15 @@ MARGIN_M = 0.3
 def actors_of(labels: Values) -> Actors:
     """Return the labels of one scan as actors. What a recording does not hold is 0."""
     count = len(labels["frame"])
-    zero = np.zeros(count)
+    zero, zeros = np.zeros(count), np.zeros((count, 2))
     return Actors(
-        id=labels["actor_id"],
-        name=np.array(labels["name"].tolist(), dtype=np.str_),
-        kind=labels["kind"].astype(np.uint8),
-        pose_world=_stack(labels, ("x_world_m", "y_world_m", "heading_world_rad")),
-        velocity_world=_stack(labels, ("vx_world_mps", "vy_world_mps")),
-        acceleration_world=_stack(labels, ("ax_world_mps2", "ay_world_mps2")),
-        yaw_rate=labels["yaw_rate_radps"],
         articulation=zero,
-        mode=labels["mode"].astype(np.uint8),
         changes_lane=np.zeros(count, dtype=np.bool_),
-        deviation=np.zeros((count, 2)),
-        ground_z=np.zeros(count),
-        attitude=np.zeros((count, 2)),
-        size=_stack(labels, ("length_m", "width_m", "height_m")),
+        deviation=zeros,
+        ground_z=zero,
+        attitude=zeros,
         reflectivity=zero,
+        **fields_of(labels, LABELLED),
     )
 
 
@@ -145,10 +152,6 @@ def _actor_rows(scan: Scan, frame: WorldFrame) -> Ints:
     return row
 
 
-def _stack(values: Values, names: tuple[str, ...]) -> Floats:
-    return np.stack([values[name] for name in names], axis=1)
-
-
 NUMBERS = ("time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad")
 """Columns of `scans.parquet` that are read."""
 
@@ -202,8 +205,7 @@ class Recording:
 
     def refuse_to_write_to(self, out: Path) -> None:
         """Raise an OutputError if `out` is the folder of the recording, inside it, or contains it."""
-        here, there = (Path(os.path.realpath(folder)) for folder in (self.folder, out))
-        if there.is_relative_to(here) or here.is_relative_to(there):
+        if atomic_folder.overlap(self.folder, out):
             raise OutputError(
                 f"{out}: is the folder of the recording, inside it, or contains it; choose another with --out"
             )
@@ -235,19 +237,12 @@ class Recording:
                 require_distinct(labels)
                 order = np.argsort(labels["actor_id"], kind="stable")  # other programs may write them in any order
                 labels = {name: values[order] for name, values in labels.items()}
-            points = rows["points"]
             yield (
                 Scan(
                     time=float(self.time_s[frame]),
                     ego_pose_odom=self._pose[frame],
-                    points_ego=np.stack([points[name] for name in ("x_ego_m", "y_ego_m", "z_ego_m")], axis=1),
-                    time_offset=points["time_offset_s"],
-                    unit=points["unit"],
-                    layer=points["layer"],
-                    echo=points["echo"],
-                    echo_pulse_width=points["echo_pulse_width_m"],
-                    flags=points["flags"],
                     unit_positions_ego=self._units,
+                    **fields_of(rows["points"], POINT),
                 ),
                 labels,
             )

@@ -17,6 +17,7 @@ import numpy as np
 
 from luxloop.scenarios.dataset import dataset_columns
 from luxloop.scenarios.dataset.dataset_columns import Column, Values, column_tables
+from luxloop.scenarios.dataset.dataset_rows import ODOMETRY, POINT, columns_of
 from luxloop.scenarios.dataset.writer import close_tables, open_tables
 from luxloop.scenarios.errors import InputError
 from luxloop.scenarios.files import atomic_file, atomic_folder
@@ -99,22 +100,9 @@ class RecordingWriter:
         InputError
             A number of it is not finite or not plausible.
         """
-        pose = dict(zip(("odom_x_m", "odom_y_m", "odom_yaw_rad"), scan.ego_pose_odom, strict=True))
-        row = {"frame": self.frames, "time_s": scan.time, **pose, "points": len(scan)}
+        row = {"frame": self.frames, "time_s": scan.time, **columns_of(scan, ODOMETRY), "points": len(scan)}
         self._add("scans", {name: np.array([value]) for name, value in row.items()})
-        self._add(
-            "points",
-            {
-                "frame": np.full(len(scan), self.frames),
-                **dict(zip(("x_ego_m", "y_ego_m", "z_ego_m"), scan.points_ego.T, strict=True)),
-                "time_offset_s": scan.time_offset,
-                "unit": scan.unit,
-                "layer": scan.layer,
-                "echo": scan.echo,
-                "echo_pulse_width_m": scan.echo_pulse_width,
-                "flags": scan.flags,
-            },
-        )
+        self._add("points", {"frame": np.full(len(scan), self.frames)} | columns_of(scan, POINT))
         self.frames += 1
 
     def label(self, labels: Values) -> None:

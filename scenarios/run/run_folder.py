@@ -24,11 +24,10 @@ from luxloop.scenarios.files import atomic_file, atomic_folder
 from luxloop.scenarios.files.expect import Check, verdict
 from luxloop.scenarios.files.input_file import read_parquet
 from luxloop.scenarios.grading.figures import Figures
-from luxloop.scenarios.grading.frame_tables import ADDED, SCHEMAS, with_added
+from luxloop.scenarios.grading.frame_tables import SCHEMAS
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.metrics import of_files, of_recordings
-from luxloop.scenarios.metrics.former_names import present_name
 from luxloop.scenarios.result import Metric, Result
 
 RESULT = "result.json"
@@ -131,7 +130,7 @@ def read(folder: Path) -> Result:
             tables=tables,
             config=document["config"],
             versions=document["versions"],
-            warnings=tuple(map(str, document.get("warnings", ()))),
+            warnings=tuple(map(str, document["warnings"])),
             out=folder,
         )
     except (FileNotFoundError, NotADirectoryError) as error:
@@ -183,10 +182,9 @@ def _name(scenario: str) -> str:
 
 def _figures(document: dict[str, Any], tables: dict[str, pd.DataFrame]) -> Figures:
     """Return the figures of a run; those that its file does not hold are computed from its tables."""
-    known = {present_name(name) or name: _read_metric(metric) for name, metric in document["metrics"].items()}
+    known = {name: _read_metric(metric) for name, metric in document["metrics"].items()}
     config = document["config"]
-    complete = {name: with_added(name, table) for name, table in tables.items()}
-    run = RunObservations(complete, GradingConfig(**config["grading"]), document["frames"])
+    run = RunObservations(tables, GradingConfig(**config["grading"]), document["frames"])
     if "files" in config:
         return Figures(run, known, of_files.why_not(config["missing"]), of_files.NAMES)
     recording = config.get("recording")
@@ -230,7 +228,7 @@ def require_table(name: str, table: pd.DataFrame) -> None:
     """
     schema = SCHEMAS.get(name, {})
     known = {"frame", *schema, *MEASURED.get(name, ())} if schema else set()
-    if missing := sorted(known - set(table.columns) - set(ADDED.get(name, ()))):
+    if missing := sorted(known - set(table.columns)):
         raise ValueError(f"column {missing[0]} of {name} is missing")
     if not table.columns.is_unique:
         raise ValueError(f"a column of {name} occurs twice")

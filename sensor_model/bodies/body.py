@@ -1,16 +1,25 @@
-"""Body of one actor: its convex solids, scaled to its size, in flat arrays."""
+"""Body of one actor: its convex solids, scaled to its size, in flat arrays, with outline and relief.
 
+The outline is the convex hull of the solids in plan. The relief is what the solids leave out, such as grilles, lamps,
+plates and badges: the surface deviates from the faces of the solids by a random height, constant over time in the frame
+of the body: a sum of cosines sqrt(2 / n) sigma cos(k . p + phase) with random wave vectors k (spectral representation,
+Shinozuka and Deodatis 1991).
+"""
+
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
+from luxloop import elementary
 from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
-from luxloop.sensor_model.bodies.outline import outline
 from luxloop.sensor_model.bodies.proportions import Draw
-from luxloop.sensor_model.bodies.relief import plane_relief, waves
 from luxloop.sensor_model.bodies.shapes import SHAPES, divided_on_rails
 from luxloop.sensor_model.bodies.solids import Solid, Vector
+from luxloop.sensor_model.truth import Part
 from luxloop.sim.world import Kind
 
 
@@ -108,3 +117,42 @@ def _flat(
         relief_waves=relief_waves,
         outline=outline(solids, stretch),
     )
+
+
+def outline(solids: Sequence[Solid], stretch: Floats) -> Floats:
+    """Return the (E, 3) edges of the outline: outward unit normals and offsets [m].
+
+    Parameters
+    ----------
+    solids
+        Solids of the body. Side mirrors and what is behind glass do not count.
+    stretch
+        (3,) factors of the solids' coordinates.
+    """
+    outer = [solid.corners()[:, :2] for solid in solids if not (solid.is_mirror or solid.inner)]
+    edges = scipy.spatial.ConvexHull(np.concatenate(outer) * stretch[:2]).equations
+    return np.column_stack([edges[:, :2], -edges[:, 2]])
+
+
+WAVES = 8
+_SHORTEST, _LONGEST = 0.12, 0.60
+"""[m] Wavelengths: from a lamp's or a grille bar's size to that of a plate or a grille."""
+
+
+def waves(draw: Draw) -> Floats:
+    """Draw (WAVES, 4) wave vectors [rad/m], in the body's y-z plane, and phases [rad]."""
+    rows = []
+    for _ in range(WAVES):
+        number, direction = 2.0 * math.pi / draw(_SHORTEST, _LONGEST), draw(0.0, math.pi)
+        rows.append(
+            (0.0, number * elementary.cos(direction), number * elementary.sin(direction), draw(0.0, 2.0 * math.pi))
+        )
+    return np.array(rows)
+
+
+def plane_relief(part: Bytes, planes: Floats, depth: float) -> Floats:
+    """Return the standard deviation (Q,) of the relief of planes [m]: `depth` on painted fronts and rears.
+
+    It falls with the square of the cosine between the normal and the body's axis, so that sides are smooth.
+    """
+    return np.where(part == Part.BODY, depth * planes[:, 0] ** 2, 0.0)

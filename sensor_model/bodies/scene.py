@@ -7,13 +7,11 @@ import numpy as np
 
 from luxloop import elementary, elementwise
 from luxloop.arrays import Bools, Bytes, Floats, Ints
-from luxloop.sensor_model.bodies.articulation import rotate_boxes, rotate_planes
-from luxloop.sensor_model.bodies.body import Appearance, Body, build
+from luxloop.sensor_model.bodies.body import WAVES, Appearance, Body, build
 from luxloop.sensor_model.bodies.kernels.tilting import tilt_solids
 from luxloop.sensor_model.bodies.materials import Glass
 from luxloop.sensor_model.bodies.proportions import Draw
-from luxloop.sensor_model.bodies.relief import WAVES
-from luxloop.sensor_model.bodies.tilt import tilt_rotations
+from luxloop.sensor_model.bodies.rotation import rotate_boxes, rotate_planes, tilt_rotations
 from luxloop.sim.sections import section_moves, sections
 from luxloop.sim.world import Actors, Ego, Kind, WorldFrame
 

@@ -160,11 +160,11 @@ def sides(part: Part, half_width: float, z: float, lean_deg: float) -> list[Plan
     return [Plane((0.0, side * cos, sin), half_width * cos + z * sin, part) for side in (1.0, -1.0)]
 
 
-def bowed(plane: Plane, bow: float, half_span: float, tangents: Sequence[float], centre: float = 0.0) -> list[Plane]:
+def bowed(plane: Plane, bow: float, half_span: float, tangents: Sequence[float]) -> list[Plane]:
     """Return tangent planes of a parabolic cylinder that touches a plane along the body's x or y axis.
 
-    The plane n . p <= d becomes n . p + c (t - t0)^2 <= d, with t along y for the ends of a body and along x for its
-    sides. Its tangent at t1 is n . p + 2 c (t1 - t0) (t - t0) <= d + c (t1 - t0)^2.
+    The plane n . p <= d becomes n . p + c t^2 <= d, with t along y for the ends of a body and along x for its sides.
+    Its tangent at t1 is n . p + 2 c t1 t <= d + c t1^2.
 
     Parameters
     ----------
@@ -173,9 +173,7 @@ def bowed(plane: Plane, bow: float, half_span: float, tangents: Sequence[float],
     bow, half_span
         [m] Sagitta of a horizontal section, over this distance to either side of the middle.
     tangents
-        t1 - t0 [m] of the planes.
-    centre
-        t0 [m].
+        t1 [m] of the planes.
     """
     nx, ny, nz = plane.normal
     across = ny == 0.0
@@ -185,7 +183,7 @@ def bowed(plane: Plane, bow: float, half_span: float, tangents: Sequence[float],
         slope = 2.0 * curvature * t
         length = elementary.hypot(1.0, slope)
         normal = (nx, slope, nz) if across else (slope, ny, nz)
-        offset = plane.offset + curvature * t * t + slope * centre
+        offset = plane.offset + curvature * t * t
         planes.append(Plane((normal[0] / length, normal[1] / length, normal[2] / length), offset / length, plane.part))
     return planes
 

@@ -7,8 +7,8 @@ import numpy as np
 from luxloop import elementary
 from luxloop.arrays import Bools, Bytes, Floats, Ints
 from luxloop.compiled import kernel
+from luxloop.sensor_model.kernels.motion import straight_point, turned
 from luxloop.sensor_model.kernels.records import OutlinedBodies
-from luxloop.sensor_model.kernels.straight_points import straight_point, turned
 from luxloop.sensor_model.returns import GROUND
 from luxloop.sensor_model.truth import Cause, Part
 

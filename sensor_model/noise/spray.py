@@ -17,7 +17,7 @@ from luxloop.sensor_model.noise.thresholds import Thresholds
 from luxloop.sensor_model.rig.beams import BeamTable
 from luxloop.sensor_model.scan_context import ScanContext
 from luxloop.sensor_model.truth import Cause
-from luxloop.sim.actor_key import actor_key
+from luxloop.sim.actor_draws import actor_key
 
 CYCLE_S = 0.1
 """[s] Clusters are born at multiples of this, at any scan rate: the scan period of the unit of the measurements."""

@@ -95,66 +95,25 @@ def load_rig(name_or_path: str, folder: Path) -> Rig:
     table = _read(name_or_path, "rig", folder)
     model, load = table.text("model", ""), cache(load_unit)  # most units are of one model, which is read once
     mounts = tuple(_mount(unit, model or None, load) for unit in table.tables("unit"))
-    return table.build(Rig, rear_axle_x_m=table.number("rear_axle_x_m"), mounts=mounts)
+    return table.record(Rig, mounts=mounts)
 
 
 def _mount(table: Table, model: str | None, load: Callable[[str, Path], UnitModel]) -> Mount:
-    return table.build(
-        Mount,
-        name=table.text("name"),
-        model=load(table.text("model", model), table.file.parent),
-        x_m=table.number("x_m"),
-        y_m=table.number("y_m"),
-        z_m=table.number("z_m"),
-        yaw_deg=table.number("yaw_deg"),
-        pitch_deg=table.number("pitch_deg"),
-        roll_deg=table.number("roll_deg"),
-        phase_ms=table.number("phase_ms", 0.0),
-    )
+    return table.record(Mount, model=load(table.text("model", model), table.file.parent))
 
 
 def load_unit(name_or_path: str, folder: Path) -> UnitModel:
     """Read a unit model, like `load_rig`."""
     table = _read(name_or_path, "unit", folder)
     gain = table.table("gain_percent")
-    elevation_deg = table.numbers("layer_elevation_deg")
-    return table.build(
+    layers = len(table.numbers("layer_elevation_deg"))
+    return table.record(
         UnitModel,
-        scan_rate_hz=table.number("scan_rate_hz"),
-        range_min_m=table.number("range_min_m"),
-        range_max_m=table.number("range_max_m"),
-        beam_width_deg=table.number("beam_width_deg"),
-        beam_height_deg=table.number("beam_height_deg"),
-        reference_reflectivity=table.number("reference_reflectivity"),
-        reference_range_m=table.number("reference_range_m"),
-        pulse_length_m=table.number("pulse_length_m"),
-        pulse_growth_m_per_db=table.number("pulse_growth_m_per_db"),
-        pulse_quantum_m=table.number("pulse_quantum_m"),
         pulse_sigma_m=table.number("pulse_sigma_m", 0.0),
-        echoes_max=table.integer("echoes_max"),
-        echo_separation_m=table.number("echo_separation_m"),
-        range_sigma_m=table.number("range_sigma_m"),
         range_sigma_far_m=table.number("range_sigma_far_m", table.number("range_sigma_m")),
-        range_quantum_m=table.number("range_quantum_m"),
-        layer_elevation_deg=elevation_deg,
-        layer_bias_m=table.numbers("layer_bias_m"),
-        layer_pulse_bias_m=table.numbers("layer_pulse_bias_m", [0.0] * len(elevation_deg)),
-        gain_azimuth_deg=table.numbers("gain_azimuth_deg"),
+        layer_pulse_bias_m=table.numbers("layer_pulse_bias_m", [0.0] * layers),
         turns=table.integer("turns", 1),
-        fans=tuple(_fan(fan, gain) for fan in table.tables("fan")),
-    )
-
-
-def _fan(table: Table, gain: Table) -> Fan:
-    return table.build(
-        Fan,
-        layers=table.integers("layers"),
-        start_deg=table.number("start_deg"),
-        stop_deg=table.number("stop_deg"),
-        step_deg=table.number("step_deg"),
-        gain_percent=_column(gain, table),
-        turn=table.integer("turn", 0),
-        tilt_deg=table.number("tilt_deg", 0.0),
+        fans=tuple(fan.record(Fan, gain_percent=_column(gain, fan)) for fan in table.tables("fan")),
     )
 
 

@@ -2,9 +2,9 @@
 
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import MISSING, Field, dataclass, field, fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from luxloop.errors import Error
 
@@ -12,6 +12,10 @@ _Record = TypeVar("_Record")
 
 LARGEST = 1e10
 """Absolute value of a number, in any unit."""
+READERS: dict[Any, str] = {
+    float: "number", int: "integer", str: "text", tuple[float, ...]: "numbers", tuple[int, ...]: "integers",
+}  # fmt: skip
+"""Methods of a table that read a field, by the type of the field."""
 
 
 class RigError(Error):
@@ -42,13 +46,17 @@ class Table:
     path: str = ""
     read: set[str] = field(default_factory=set)
 
-    def build(self, record: Callable[..., _Record], **fields: object) -> _Record:
-        """Make the record; raise RigError if the table has keys that were not read."""
+    def record(self, kind: type[_Record], **given: object) -> _Record:
+        """Make a record: fields that are not given are read by their types, and have the defaults of the dataclass.
+
+        A key that was not read is an error.
+        """
+        found = {one.name: self._of_type(one) for one in fields(kind) if one.name not in given}  # type: ignore[arg-type]
         for key in self.values:
             if key not in self.read:
                 raise self.error(key, f"unknown key; known here: {', '.join(sorted(self.read))}")
         try:
-            return record(**fields)
+            return kind(**found, **given)
         except ValueError as error:
             raise RigError(f"{self.file}: {self.path}{error}") from error
 
@@ -99,6 +107,10 @@ class Table:
         if not isinstance(value, list) or not value or not all(isinstance(row, dict) for row in value):
             raise self.error(key, f"give at least one [[{key}]] table")
         return [Table(self.file, row, f"{self.path}{key}[{i}].") for i, row in enumerate(value)]
+
+    def _of_type(self, one: Field[Any]) -> object:
+        read: Callable[..., object] = getattr(self, READERS[one.type])
+        return read(one.name) if one.default is MISSING else read(one.name, one.default)
 
     def error(self, key: str, remedy: str) -> RigError:
         """Return the error for a key, with its value and the remedy."""

@@ -1,12 +1,44 @@
-"""Candidates for the ego, and their order."""
+"""Vehicles of some traffic, candidates for the ego among them, and their order."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from luxloop.arrays import Bools, Floats, Ints
-from luxloop.sim.candidates.moment import Body
 from luxloop.sim.candidates.want import Want
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """Constant properties of a vehicle."""
+
+    name: str
+    """The simulator's id."""
+    vehicle_class: str
+    """The simulator's word for its class."""
+    size: tuple[float, float]
+    """Length, width [m]."""
+    graded: bool
+    """It counts as a neighbour: bicycles and people do not, since they are not graded."""
+    rejected: bool = False
+    """It cannot carry the rig."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """All vehicles on the road at one instant, N rows."""
+
+    time: float
+    """[s] on the simulator's clock."""
+    new: list[Body]
+    """Vehicles that appear for the first time, in the order of their numbers."""
+    body: Ints
+    """(N,) number of each vehicle, counted from 0 in the order of first appearance."""
+    pose: Floats
+    """(N, 3) box centre x [m], y [m], yaw [rad] in the simulator's coordinates."""
+    speed: Floats
+    """(N,) [m/s]."""
+
 
 STAY_S = 30.0
 """[s] Default stay that a candidate needs; shorter ones come last."""

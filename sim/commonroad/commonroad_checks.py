@@ -9,8 +9,8 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 
+from luxloop.sim.input_files import NOT_XML
 from luxloop.sim.source import TrafficInputError
-from luxloop.sim.xml_root import NOT_XML
 
 LARGEST = 1e9
 """Absolute value of any number, in any unit."""

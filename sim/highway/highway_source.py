@@ -14,8 +14,7 @@ from luxloop.sim.frame_builder import FrameBuilder
 from luxloop.sim.highway.agents import controlled_action, idle_action, install_drivers
 from luxloop.sim.highway.environment import POLICY_HZ, Tuning, make, recorded_tuning, restore, translated_errors
 from luxloop.sim.highway.highway_config import HighwayTraffic
-from luxloop.sim.kinematics import RawFrame, wrap_angle
-from luxloop.sim.origin import origin_near
+from luxloop.sim.kinematics import RawFrame, origin_near, wrap_angle
 from luxloop.sim.physical.layer import PhysicalTruth
 from luxloop.sim.roster import Member, Roster
 from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 from luxloop.sim.xml_tree import XmlElement
 
-ROUNDING_M = 1e-6
-
 
 @dataclass(frozen=True, slots=True)
 class Steps:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from luxloop.sim.openscenario.catalogs import require_entity
-from luxloop.sim.openscenario.routing_elements import read_destination, read_route, read_trajectory
+from luxloop.sim.openscenario.position_elements import read_destination, read_route, read_trajectory
 from luxloop.sim.openscenario.storyboard import (
     Action,
     DistanceAction,
@@ -41,9 +41,9 @@ def _innermost(element: XmlElement) -> XmlElement:
     return action
 
 
-def flag(element: XmlElement, name: str, default: str = "false") -> bool:
-    """Return an attribute that is true or false."""
-    return element.choice(name, FLAGS, default) != ""
+def flag(element: XmlElement, name: str) -> bool:
+    """Return an attribute that is true or false, by default false."""
+    return element.choice(name, FLAGS, "false") != ""
 
 
 def _dynamics(element: XmlElement) -> Dynamics:

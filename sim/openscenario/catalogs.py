@@ -4,7 +4,6 @@ from pathlib import Path
 
 from luxloop.sim.openscenario.expressions import resolve
 from luxloop.sim.openscenario.storyboard import Entity
-from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Kind
 from luxloop.sim.xml_tree import XmlElement, read_xml
 
@@ -97,19 +96,15 @@ def _from_catalog(reference: XmlElement, tree: XmlElement, folder: Path) -> XmlE
     raise reference.error(f'finds no entry "{entry}" of catalog "{catalog}" in {searched}; correct CatalogLocations')
 
 
-def require_entity(element: XmlElement, entities: dict[str, Entity], attribute: str = "entityRef") -> str:
-    """Return the entity that an attribute names.
+def require_entity(element: XmlElement, entities: dict[str, Entity]) -> str:
+    """Return the entity that the attribute `entityRef` names.
 
     Raises
     ------
     TrafficInputError
         There is no such entity.
     """
-    name = element.text(attribute)
+    name = element.text("entityRef")
     if name not in entities:
-        raise _unknown(element, attribute, name, entities)
+        raise element.error(f'entityRef = "{name}" is no entity; use one of {", ".join(entities)}')
     return name
-
-
-def _unknown(element: XmlElement, attribute: str, name: str, entities: dict[str, Entity]) -> TrafficInputError:
-    return element.error(f'{attribute} = "{name}" is no entity; use one of {", ".join(entities)}')

@@ -9,14 +9,13 @@ import numpy as np
 
 from luxloop import elementwise
 from luxloop.sim.frame_builder import FrameBuilder
-from luxloop.sim.kinematics import RawFrame, wrap_angle
-from luxloop.sim.missing_file import missing_file
+from luxloop.sim.input_files import missing_file
+from luxloop.sim.kinematics import RawFrame, origin_near, wrap_angle
 from luxloop.sim.opendrive.road_network import RoadNetwork, read_network
 from luxloop.sim.openscenario.openscenario_config import OpenScenarioTraffic
 from luxloop.sim.openscenario.storyboard import Storyboard, TrajectoryAction
 from luxloop.sim.openscenario.storyboard_elements import read_storyboard
 from luxloop.sim.openscenario.storyboard_run import StoryboardRun
-from luxloop.sim.origin import origin_near
 from luxloop.sim.physical.layer import PhysicalTruth
 from luxloop.sim.roster import Member, Roster
 from luxloop.sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError

@@ -3,7 +3,8 @@
 libsumo holds one simulation per process, and some inputs make its C++ code terminate the process. In a worker process,
 such a crash becomes an ordinary error, and the simulator runs on another core than sensor and tracker.
 
-The process outlives its run and serves the next one, since Python, numba and libsumo take a second to load.
+The process outlives its run and serves the next one, since Python, numba and libsumo take a second to load. A
+simulator that is stopped or hangs keeps its pipe open, so that the wait for each reply is limited.
 `multiprocessing` would import the caller's main program in the worker, with all its imports; `subprocess` does not.
 """
 
@@ -11,6 +12,7 @@ import atexit
 import io
 import os
 import pickle
+import select
 import shutil
 import subprocess
 import sys
@@ -24,7 +26,6 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 import numpy as np
 
 from luxloop.arrays import Floats
-from luxloop.sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
 from luxloop.sim.process.worker import Preload, Request, StartRun, internal_error
 from luxloop.sim.source import (
     EgoCommand,
@@ -35,6 +36,52 @@ from luxloop.sim.source import (
     TrafficInputError,
     ignore_status,
 )
+
+PATIENCE_S = 600.0
+"""[s] Longest wait for a reply or a report: the largest nets take minutes to load."""
+SLICE_S = 1.0
+"""[s] The wait is counted in slices, so that a run that was itself stopped (Ctrl-Z) loses one at most."""
+
+
+class StoppedError(Exception):
+    """The process has not replied for a long time."""
+
+
+class ReplyPipe(io.RawIOBase):
+    """Reading end of a pipe.
+
+    Parameters
+    ----------
+    descriptor
+        File descriptor of the pipe; it is not closed.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__()
+        self._descriptor = descriptor
+        self._poll = select.poll()
+        self._poll.register(descriptor, select.POLLIN)
+        self.patience_s = PATIENCE_S
+        """Longest wait for bytes [s]."""
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def readinto(self, buffer: Any, /) -> int:
+        """Read into a buffer and return the number of bytes, 0 at the end of the pipe.
+
+        Raises
+        ------
+        StoppedError
+            No byte arrived in time.
+        """
+        slices = max(1, round(self.patience_s / SLICE_S))
+        wait_ms = round(1e3 * min(SLICE_S, self.patience_s))
+        if not any(self._poll.poll(wait_ms) for _ in range(slices)):
+            raise StoppedError
+        return os.readv(self._descriptor, [buffer])
+
 
 IDLE_PATIENCE_S = 10.0
 """Longest wait for the reply of an idle process [s]; a new one takes its place."""

@@ -15,10 +15,9 @@ import numpy as np
 
 from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
-from luxloop.sim.compressed import open_gz
+from luxloop.sim.input_files import NOT_XML, open_gz
 from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from luxloop.sim.source import TrafficInputError
-from luxloop.sim.xml_root import NOT_XML
 
 ROOT = "fcd-export"
 DEFAULT_TYPE = {"vehicle": "DEFAULT_VEHTYPE", "person": "DEFAULT_PEDTYPE"}

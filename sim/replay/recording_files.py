@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Protocol
 
 from luxloop.plugins import formats_that
-from luxloop.sim.missing_file import missing_file
+from luxloop.sim.input_files import missing_file, root_element
 from luxloop.sim.replay import fcd
-from luxloop.sim.replay.plausible import require_plausible
 from luxloop.sim.replay.recording import Recording, ReplayType
+from luxloop.sim.replay.recording_checks import require_plausible
 from luxloop.sim.replay.track_tables import read_table
 from luxloop.sim.source import TrafficInputError
-from luxloop.sim.xml_root import root_element
 
 Reader = Callable[[Path, Mapping[str, ReplayType]], Recording]
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from luxloop import elementwise
-from luxloop.sim.candidates.moment import Body, Moment
+from luxloop.sim.candidates.candidates import Body, Moment
 from luxloop.sim.replay.recording import Recording
 from luxloop.sim.replay.trajectories import ROUNDING, Trajectories
 from luxloop.sim.world import VEHICLE_KINDS, Kind

@@ -8,12 +8,11 @@ import numpy as np
 from luxloop import elementwise
 from luxloop.arrays import Floats, Ints
 from luxloop.sim.frame_builder import FrameBuilder
-from luxloop.sim.kinematics import RawFrame, wrap_angle
+from luxloop.sim.kinematics import RawFrame, origin_near, wrap_angle
 from luxloop.sim.obstacles import obstacles
-from luxloop.sim.origin import origin_near
 from luxloop.sim.physical.layer import PhysicalTruth
-from luxloop.sim.replay.contradictions import contradictions, reversing
 from luxloop.sim.replay.recording import Recording
+from luxloop.sim.replay.recording_checks import contradictions, reversing
 from luxloop.sim.replay.recording_files import read_recording
 from luxloop.sim.replay.replay_config import ReplayTraffic
 from luxloop.sim.replay.trajectories import ROUNDING, Trajectories

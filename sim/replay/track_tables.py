@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from luxloop.arrays import Floats, Ints
-from luxloop.sim import csv_rows
-from luxloop.sim.compressed import DAMAGED, open_gz
+from luxloop.sim import input_files
+from luxloop.sim.input_files import DAMAGED, open_gz
 from luxloop.sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Kind
@@ -58,7 +58,7 @@ def _csv(path: Path) -> Any:
     with open_gz(path) if path.suffix == ".gz" else path.open("rb") as stream:
         # pandas' markers of missing values, such as "NA" and "None", are valid ids
         table = pd.read_csv(stream, dtype=text, skipinitialspace=True, keep_default_na=False, na_values=[""])
-    if fault := csv_rows.surplus(table):
+    if fault := input_files.surplus(table):
         raise TrafficInputError(fault)
     table = table.rename(columns=lambda name: str(name).strip())
     return table[_require_columns(list(table.columns))]

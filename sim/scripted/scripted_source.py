@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from luxloop.arrays import Floats
-from luxloop.sim.actor_key import Stream, actor_rng
+from luxloop.sim.actor_draws import Stream, actor_rng
 from luxloop.sim.frame_builder import FrameBuilder
 from luxloop.sim.kinematics import Kinematics, wrap_angle
 from luxloop.sim.modes import ModeLimits

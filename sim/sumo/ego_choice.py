@@ -11,9 +11,9 @@ import scipy
 from luxloop.sim.candidates.candidate_log import CandidateLog
 from luxloop.sim.candidates.want import Want
 from luxloop.sim.source import StartReport, StartStatus, TrafficEndedError, TrafficInputError, ignore_status
-from luxloop.sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
 from luxloop.sim.sumo.sumo_config import SumoTraffic
 from luxloop.sim.sumo.survey import SumoSurvey
+from luxloop.sim.sumo.vehicles import OFF_ROAD_M, is_rejected
 
 LISTED = 8
 """Largest number of names in a message."""

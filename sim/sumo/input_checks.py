@@ -8,10 +8,9 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
 
-from luxloop.sim.compressed import DAMAGED, open_detected
+from luxloop.sim.input_files import DAMAGED, open_detected, root_element
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.sumo.options import INPUT_FILES, SCENARIO_KEYS, configured_options, full_name, is_rejected
-from luxloop.sim.xml_root import root_element
 
 _READ_ROUTES_FIRST = {"route-steps": "0"}
 """Read route files completely at the start. By default SUMO reads them incrementally, and drops vehicles that are not

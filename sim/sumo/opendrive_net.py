@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from itertools import takewhile
 from pathlib import Path
 
-from luxloop.sim.missing_file import missing_file
+from luxloop.sim.input_files import missing_file
 from luxloop.sim.optional_packages import install_command
 from luxloop.sim.source import TrafficInputError
 from luxloop.sim.sumo.input_checks import scratch_file

@@ -9,8 +9,8 @@ import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+from luxloop.sim.input_files import NOT_XML
 from luxloop.sim.source import TrafficInputError
-from luxloop.sim.xml_root import NOT_XML
 
 _SYNONYMS = {
     "n": "net-file",

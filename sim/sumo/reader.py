@@ -5,29 +5,19 @@ yaw counter-clockwise from east.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
 from luxloop import elementary, elementwise
 from luxloop.arrays import Floats
-from luxloop.sim.kinematics import RawFrame
-from luxloop.sim.origin import origin_near
+from luxloop.sim.kinematics import RawFrame, origin_near
 from luxloop.sim.roster import EGO_ID, Member, Roster
-from luxloop.sim.sumo.incidents import (
-    NO_INTERNAL_LINKS,
-    WARNING,
-    collision_partners,
-    has_internal_lanes,
-    keeps_collided,
-)
-from luxloop.sim.sumo.parked_cars import ParkedCars, Pose
-from luxloop.sim.sumo.parking import ParkedCar
+from luxloop.sim.sumo.parking import ParkedCar, ParkedCars, Pose
 from luxloop.sim.sumo.roadside_stops import RoadsideStops
-from luxloop.sim.sumo.sumo_angle import yaw_of
 from luxloop.sim.sumo.teleports import Body, MemberNames, ParkingManoeuvres, Point
-from luxloop.sim.sumo.vehicle_kinds import kind_of_shape
+from luxloop.sim.sumo.vehicles import kind_of_shape, yaw_of
 from luxloop.sim.world import Collision, Kind
 
 MARGIN = 60.0
@@ -220,3 +210,44 @@ class SumoReader:
         person = self._sumo.person
         height = self._sumo.vehicletype.getHeight(person.getTypeID(name))
         return Kind.PEDESTRIAN, (person.getLength(name), person.getWidth(name), height)
+
+
+NO_INTERNAL_LINKS = "the net has no lanes across its junctions (netconvert --no-internal-links)"
+
+WARNING = (
+    f"{NO_INTERNAL_LINKS}: vehicles jump across them, with accelerations that no vehicle has "
+    "(sim.teleports, sim.limit_violations); build the net again without this option"
+)
+"""Warning about a net without internal lanes."""
+
+
+def has_internal_lanes(sumo: Any) -> bool:
+    """Return True if lanes lead across the junctions of the net, or no junction is crossed.
+
+    Parameters
+    ----------
+    sumo
+        The libsumo module, running.
+    """
+    lanes = sumo.lane.getIDList()
+    return any(lane.startswith(":") for lane in lanes) or not any(sumo.lane.getLinkNumber(lane) for lane in lanes)
+
+
+def keeps_collided(sumo: Any) -> bool:
+    """Return True if vehicles that collide drive on (`collision.action` is `warn`): frames then show their overlap.
+
+    SUMO also reports gaps below `minGap` as collisions, so that its report is not needed there, and often wrong.
+    """
+    return str(sumo.simulation.getOption("collision.action")) == "warn"
+
+
+def collision_partners(collisions: Iterable[Any], name: str) -> list[tuple[str, float]]:
+    """Return the other road user in each collision of a vehicle, and the speed of the collider [m/s].
+
+    Parameters
+    ----------
+    collisions
+        Collisions of a step, as libsumo reports them.
+    """
+    pairs = (((str(one.collider), str(one.victim)), float(one.colliderSpeed)) for one in collisions)
+    return [(pair[pair[0] == name], speed) for pair, speed in pairs if name in pair]

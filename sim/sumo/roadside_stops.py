@@ -13,7 +13,7 @@ import numpy as np
 
 from luxloop import elementary
 from luxloop.sim.physical.lane_change import minimum_jerk
-from luxloop.sim.sumo.parking_places import arc_lengths, offset_line, point_along
+from luxloop.sim.sumo.parking import arc_lengths, offset_line, point_along
 
 BESIDE_M = 3.2
 """[m] Offset of the stop from the outermost lane: SUMO_const_laneWidth in `MSVehicle::getPosition` of SUMO 1.28."""

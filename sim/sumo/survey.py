@@ -10,7 +10,7 @@ import numpy as np
 
 from luxloop import elementwise
 from luxloop.arrays import Floats
-from luxloop.sim.candidates.moment import Body, Moment
+from luxloop.sim.candidates.candidates import Body, Moment
 from luxloop.sim.source import (
     EgoCommand,
     SimulatorFailedError,
@@ -19,11 +19,9 @@ from luxloop.sim.source import (
     TrafficInputError,
     ignore_status,
 )
-from luxloop.sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
 from luxloop.sim.sumo.session import SumoSession
-from luxloop.sim.sumo.sumo_angle import yaw_of
 from luxloop.sim.sumo.sumo_config import SumoTraffic
-from luxloop.sim.sumo.vehicle_kinds import kind_of_shape
+from luxloop.sim.sumo.vehicles import OFF_ROAD_M, is_rejected, kind_of_shape, yaw_of
 from luxloop.sim.world import VEHICLE_KINDS
 
 INTERVAL_S = 1.0

@@ -15,7 +15,7 @@ from support.sensor_scenes import LUX_RIG, ActorSpec, ahead, placed_scene, world
 from luxloop.sensor_model.bodies.materials import Glass
 from luxloop.sensor_model.bodies.proportions import car_proportions
 from luxloop.sensor_model.bodies.proportions.fitting_proportions import Bow
-from luxloop.sensor_model.bodies.shapes import SHAPES, car_shapes, lower_body
+from luxloop.sensor_model.bodies.shapes import SHAPES, car_shapes
 from luxloop.sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
 from luxloop.sensor_model.rig.unit import Fan
 from luxloop.sensor_model.sensor_config import SensorConfig
@@ -115,7 +115,7 @@ STUDIED_RIG = with_models(
 @pytest.fixture(autouse=True)
 def faces_of_the_study(monkeypatch):
     """The bodies of the study have flat faces and straight hoods; those of the sensor are bowed, as real ones are."""
-    monkeypatch.setattr(lower_body, "_CREST", (0.5, 0.5))
+    monkeypatch.setattr(car_shapes, "_CREST", (0.5, 0.5))
     no_bow = Bow(0.0, 0.0, 0.0, 0.0)
     flat = {"front_bow": no_bow, "rear_bow": no_bow, "side_bow": 0.0, "corner": 0.45}
 

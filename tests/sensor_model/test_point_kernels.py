@@ -9,9 +9,8 @@ from support.sensor_scenes import FOOTPRINT, LUX_RIG, ActorSpec, placed_scene, w
 
 from luxloop.sensor_model.noise.calibration import CalibrationError, true_mounts
 from luxloop.sensor_model.noise.random_draws import Draws
-from luxloop.sensor_model.raycaster import Raycaster
+from luxloop.sensor_model.raycaster import Raycaster, displace
 from luxloop.sensor_model.scan_context import displacement
-from luxloop.sensor_model.surface_relief import displace
 from luxloop.sensor_model.truth import Cause, Face, Part
 from luxloop.sensor_model.visibility import MAX_CLEAN_DEPTH, from_surfaces, visible_faces
 from luxloop.sim.world import Kind

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from luxloop.sim.actor_key import Stream, actor_key, actor_rng
+from luxloop.sim.actor_draws import Stream, actor_key, actor_rng
 
 
 def test_keys_are_the_digest_of_the_name():

@@ -8,7 +8,7 @@ import pytest
 from support.paths import CATALOG
 from support.traffic import frames
 
-from luxloop.sim.default_sizes import RANGES, redrawn_size
+from luxloop.sim.actor_draws import RANGES, redrawn_size
 from luxloop.sim.highway.highway_config import HighwayTraffic
 from luxloop.sim.highway.highway_source import HighwaySource
 from luxloop.sim.roster import Roster

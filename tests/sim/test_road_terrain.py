@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from luxloop.sim.ground_contact import TRACK_SHARE, WHEELBASE_SHARE, ground_contact
-from luxloop.sim.road_terrain import CELL_M, LaneSections, road_terrain
+from luxloop.sim.road_terrain import CELL_M, TRACK_SHARE, WHEELBASE_SHARE, LaneSections, ground_contact, road_terrain
 from luxloop.sim.world import Terrain
 
 CAR = np.array([[4.7, 1.8, 1.5]])

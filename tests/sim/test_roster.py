@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from luxloop.sim.reflectivity import CAR_SHADES, SHADES, paint_reflectivity
+from luxloop.sim.actor_draws import CAR_SHADES, SHADES, paint_reflectivity
 from luxloop.sim.roster import Roster
 from luxloop.sim.world import Kind
 

@@ -22,7 +22,6 @@ from luxloop.scenarios.recordings.formats.point_files import sweep_of_table
 from luxloop.scenarios.recordings.sweep import DataSet, PoseList, Sweep
 
 EARTH_RADIUS_M = 6378137.0
-WHAT = "KITTI"
 POINT = LAYOUTS[4]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from luxloop.scenarios.errors import InputError
-from luxloop.sim.compressed import ALWAYS_BYTES, FACTOR
+from luxloop.sim.input_files import ALWAYS_BYTES, FACTOR
 
 HEADER = struct.Struct("<xQQQQII")
 """Of a chunk: opcode, length of the record, first and last time, size when expanded, its CRC, length of the name of the

@@ -10,7 +10,7 @@ from luxloop.scenarios.files.input_file import require_plain
 from luxloop.scenarios.offline.mcap.chunks import require_chunks
 from luxloop.scenarios.recordings.formats.format_choice import readable
 from luxloop.scenarios.recordings.formats.ros_topics import NANOSECONDS, RosTopics
-from luxloop.sim.compressed import ALWAYS_BYTES, FACTOR
+from luxloop.sim.input_files import ALWAYS_BYTES, FACTOR
 
 if TYPE_CHECKING:
     from luxloop.scenarios.recordings.formats.format_choice import ReadOptions

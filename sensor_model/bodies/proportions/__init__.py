@@ -6,7 +6,7 @@ inwards by 15 to 22 degrees on sedans and hardly on vans. Every draw uses the sa
 (seed, name of the actor), so an actor's body does not depend on other actors.
 """
 
-from luxloop.sim.actor_key import Stream, actor_rng
+from luxloop.sim.actor_draws import Stream, actor_rng
 
 
 class Draw:

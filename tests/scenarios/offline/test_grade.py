@@ -16,7 +16,6 @@ from support.few import few
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.errors import TracksError
-from luxloop.scenarios.grading.frame_tables import ADDED
 from luxloop.scenarios.grading.grader import PER_FRAME
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.metrics.definitions import OF_LOOP, find_metric
@@ -196,39 +195,6 @@ def test_a_run_that_ended_early_stays_incomplete(run, capfd):
     document["ended_early"], document["complete"] = "the ego arrived", False
     (run / run_folder.RESULT).write_text(json.dumps(document))
     assert grade(capfd, code=1)["verdict"] == "incomplete"
-
-
-# --- runs of earlier versions
-
-
-@pytest.mark.slow
-def test_a_run_without_later_columns_and_metrics_is_graded_and_reported(run, capfd):
-    """Fails when a metric or a column that was added since ends in an error, or in a number."""
-    derived = ["box_heading_error_deg", "corner_along_error_m", "extent_along_error_m"]
-    for name, columns in ADDED.items():
-        path = run / "tables" / f"{name}.parquet"
-        gone = [*columns, *(derived if name == "fits" else [])]
-        pd.read_parquet(path).drop(columns=gone).to_parquet(path, index=False)
-    document = written()
-    then = document["metrics"]["track.gospa_m"]
-    later = [name for name in document["metrics"] if ".coverage_" in name or "gospa" in name]
-    for name in later:
-        del document["metrics"][name]
-    (run / run_folder.RESULT).write_text(json.dumps(document))
-    missing = ReportedRun.read(run).result.metrics["fit.coverage_90"]
-    assert missing.value is None
-    assert "an earlier version made the run" in missing.reason
-    graded = grade(capfd)["metrics"]
-    assert graded["fit.heading_abs_mean_deg"] == document["metrics"]["fit.heading_abs_mean_deg"]
-    recorded = RecordedRun.open(run)
-    figures = Regrader(recorded, recorded.scenario).tables().metrics
-    assert figures["fit.heading_abs_mean_deg{range=0-15}"].value > 0.0
-    assert "box" in graded["fit.coverage_90"]["reason"]
-    assert "earlier version" in graded["track.velocity_abs_mean_mps"]["reason"]
-    assert graded["track.gospa_m"] == then
-    assert "earlier version" in figures["track.gospa_m{range=0-15}"].reason
-    assert figures["track.gospa_m{class=car}"].value > 0.0
-    assert main(["report", "run", "--out", "page.html"]) == 0
 
 
 # --- invalid runs

@@ -11,7 +11,7 @@ from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.compare.stage_costs import OWN_DRIVES, answer, blame_report, stage_costs
-from luxloop.scenarios.metrics.definitions import is_metric
+from luxloop.scenarios.metrics.definitions import find_metric, is_metric
 from luxloop.scenarios.oracle.oracle_tracker import OracleFactory
 from luxloop.scenarios.oracle.stage import Stage
 from luxloop.scenarios.oracle.stage_blame import BLAME_METRICS, StageCost, find_out
@@ -19,8 +19,6 @@ from luxloop.scenarios.report import text as report
 from luxloop.scenarios.run import device, loop
 from luxloop.sim.scripted.scripted_source import ScriptedSource
 from luxloop.sim.source import TrafficEndedError
-
-METRIC = {metric.name: metric for metric in BLAME_METRICS}
 
 FAULTS = {
     Stage.SEGMENTATION: (faulty_stages.CoarseSegmentation, ["segmentation.under_rate", "track.hota", "track.missed"]),
@@ -60,12 +58,11 @@ def test_a_planted_fault_is_blamed_on_its_stage(stage):
     faulty = find_out(busy_street.scenario(text), faulty_stages.plant(fault))
     healthy = busy_street.blamed(text)
     for name in caught_by:
-        metric = METRIC[name]
-        first, *others = faulty.ranking(metric)
+        first, *others = faulty.ranking(name)
         assert first == stage, name
-        gain = faulty.gain(stage, metric)
-        assert gain > 2 * (healthy.gain(stage, metric) or 0.0), name
-        assert all(faulty.gain(other, metric) < 0.5 * gain for other in others), name
+        gain = faulty.gain(stage, name)
+        assert gain > 2 * (healthy.gain(stage, name) or 0.0), name
+        assert all(faulty.gain(other, name) < 0.5 * gain for other in others), name
 
 
 def test_parallel_oracles_give_the_results_of_separate_runs():
@@ -74,11 +71,11 @@ def test_parallel_oracles_give_the_results_of_separate_runs():
     separate = loop.run(busy_street.scenario(), OracleFactory([stage]))
     parallel = busy_street.blamed().by_truth[stage]
     for metric in BLAME_METRICS:
-        assert parallel[metric.name] == separate.metrics[metric.name]
+        assert parallel[metric] == separate.metrics[metric]
 
 
 def test_every_blame_metric_is_a_metric_with_a_direction():
-    assert all(is_metric(metric.name) for metric in BLAME_METRICS)
+    assert all(is_metric(metric) for metric in BLAME_METRICS)
     found = busy_street.blamed()
     for metric in BLAME_METRICS:
         ranking = found.ranking(metric)
@@ -86,8 +83,8 @@ def test_every_blame_metric_is_a_metric_with_a_direction():
         assert gains == sorted(gains, reverse=True)
         assert all(gain > 0 for gain in gains)
         if ranking:
-            as_is, best = (of[metric.name].value for of in (found.shipped.metrics, found.by_truth[ranking[0]]))
-            assert (best < as_is) == (metric.better == "less")
+            as_is, best = (of[metric].value for of in (found.shipped.metrics, found.by_truth[ranking[0]]))
+            assert (best < as_is) == (find_metric(metric).definition.better == "less")
 
 
 def test_the_report_has_a_row_for_each_stage_and_a_sentence_for_each_metric():
@@ -99,7 +96,7 @@ def test_the_report_has_a_row_for_each_stage_and_a_sentence_for_each_metric():
     for row, tables in {"none": 3, **dict.fromkeys(Stage, 4)}.items():
         assert sum(line.startswith(f"{row} ") for line in lines) == tables, row
     found, name = busy_street.blamed(), "fit.position_abs_mean_m"
-    first, second = found.ranking(METRIC[name])[:2]
+    first, second = found.ranking(name)[:2]
     results = (found.shipped.metrics, found.by_truth[first], found.by_truth[second])
     shown = [f"{metrics[name].value:.3f}" for metrics in results]
     assert f"{name} is {shown[0]}: {first} ({shown[1]}) costs most, then {second} ({shown[2]})" in text
@@ -113,7 +110,7 @@ def test_the_answer_is_the_largest_cost_with_its_interval():
     found = busy_street.blamed()
     costs = stage_costs(found)
     assert [cost.value for cost in costs] == sorted((cost.value for cost in costs), reverse=True)
-    assert {cost.stage: cost.value for cost in costs} == {s: found.gain(s, METRIC["track.hota"]) for s in Stage}
+    assert {cost.stage: cost.value for cost in costs} == {s: found.gain(s, "track.hota") for s in Stage}
     for cost in costs:
         low, high = cost.interval or (-1.0, 1.0)
         assert low - 5e-4 <= cost.value <= high + 5e-4  # the value is rounded

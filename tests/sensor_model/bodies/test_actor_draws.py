@@ -10,7 +10,7 @@ from support.sensor_scenes import ActorSpec, world
 
 from luxloop.sensor_model.bodies.materials import Glass
 from luxloop.sensor_model.bodies.scene import BodyFactory
-from luxloop.sim.actor_key import Stream, actor_rng
+from luxloop.sim.actor_draws import Stream, actor_rng
 from luxloop.sim.roster import Roster
 from luxloop.sim.scripted.script import ScriptedActor, ScriptedEgo
 from luxloop.sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic

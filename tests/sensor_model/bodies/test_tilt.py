@@ -25,7 +25,7 @@ from support.sensor_scenes import (
 )
 from support.solid_mesh import corners
 
-from luxloop.sensor_model.bodies.tilt import tilt_rotations
+from luxloop.sensor_model.bodies.rotation import tilt_rotations
 from luxloop.sensor_model.lidar import Lidar
 from luxloop.sensor_model.noise.attitude import Attitude, AttitudeNoise
 from luxloop.sensor_model.noise.random_draws import Draws

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from luxloop.sim.candidates.candidate_log import CandidateLog
-from luxloop.sim.candidates.line_of_sight import count_blocked, count_near
-from luxloop.sim.candidates.moment import Body, Moment
+from luxloop.sim.candidates.candidate_log import CandidateLog, count_blocked, count_near
+from luxloop.sim.candidates.candidates import Body, Moment
 from luxloop.sim.candidates.want import Want
 
 
@@ -75,7 +74,7 @@ def test_blocked_lines_equal_those_by_sampling(monkeypatch):
     # a sampled line may miss the corner of a box
     assert np.abs(count_blocked(pose, size, everyone, 40.0) - expected).sum() <= 0.003 * expected.sum()
     whole = count_blocked(pose, size, everyone, 40.0)
-    monkeypatch.setattr("luxloop.sim.candidates.line_of_sight.CHUNK", 100)
+    monkeypatch.setattr("luxloop.sim.candidates.candidate_log.CHUNK", 100)
     assert (count_blocked(pose, size, everyone, 40.0) == whole).all()
 
 

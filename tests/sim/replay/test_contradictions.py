@@ -4,8 +4,8 @@ import csv
 
 import numpy as np
 
-from luxloop.sim.replay.contradictions import contradictions
 from luxloop.sim.replay.recording import Recording, RoadUser
+from luxloop.sim.replay.recording_checks import contradictions
 from luxloop.sim.replay.replay_config import ReplayTraffic
 from luxloop.sim.replay.replay_source import ReplaySource
 from luxloop.sim.replay.trajectories import Trajectories

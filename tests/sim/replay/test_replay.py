@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from support.traffic import frames, play
 
+from luxloop.sim.actor_draws import paint_reflectivity
 from luxloop.sim.physical.body_tables import REAR_AXLE
-from luxloop.sim.reflectivity import paint_reflectivity
 from luxloop.sim.replay.replay_config import ReplayTraffic
 from luxloop.sim.replay.replay_source import ReplaySource
 from luxloop.sim.scripted.motions import Arc, LaneChange, Straight, state_at

@@ -10,8 +10,7 @@ from support.nets import source_on
 from support.paths import CATALOG, NETS
 
 from luxloop.sim.source import TrafficInputError
-from luxloop.sim.sumo.lane_heights import lane_sections
-from luxloop.sim.sumo.net_terrain import BRIDGES, net_terrain
+from luxloop.sim.sumo.net_terrain import BRIDGES, lane_sections, net_terrain
 from luxloop.sim.sumo.sumo_config import SumoTraffic
 from luxloop.sim.sumo.sumo_source import SumoSource
 

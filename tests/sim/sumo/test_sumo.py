@@ -14,7 +14,7 @@ from luxloop.scenarios.files.scenario import Scenario
 from luxloop.sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
 from luxloop.sim.sumo.sumo_config import SumoTraffic
 from luxloop.sim.sumo.sumo_source import SumoSource
-from luxloop.sim.sumo.vehicle_kinds import kind_of_shape
+from luxloop.sim.sumo.vehicles import kind_of_shape
 from luxloop.sim.world import Kind
 
 CROSSING = CATALOG / "urban" / "sumo-crossing"

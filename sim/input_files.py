@@ -1,4 +1,4 @@
-"""Files compressed by gzip, with a limit on their expansion.
+"""Input files of traffic: compression with a limit on the expansion, root elements of XML, rows of CSV, missing files.
 
 A few kilobytes may expand to gigabytes of equal bytes. Text of recordings and nets shrinks by gzip to a tenth, and
 hardly ever to a fiftieth.
@@ -6,11 +6,21 @@ hardly ever to a fiftieth.
 
 import gzip
 import io
+import os
+import xml.etree.ElementTree as ET
 import zlib
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 from luxloop.sim.source import TrafficInputError
+
+
+def missing_file(path: Path) -> str:
+    """Return why a path that is no file cannot be read, with the remedy. It does not name the path."""
+    if os.path.isdir(path):  # noqa: PTH112  Path.is_dir raises for a name that is too long
+        return "is a folder; name a file in it"
+    return f"no such file in {path.parent}; paths are relative to the scenario file"
+
 
 FACTOR = 100
 """Largest expansion."""
@@ -70,3 +80,45 @@ def open_detected(path: Path) -> BinaryIO:
     with path.open("rb") as stream:
         compressed = stream.read(2) == b"\x1f\x8b"
     return open_gz(path) if compressed else path.open("rb")
+
+
+NOT_XML = (ET.ParseError, LookupError, ValueError, *DAMAGED)
+"""Errors of files that are not XML. Unknown encodings raise LookupError, multi-byte ones ValueError."""
+
+
+def root_element(path: Path) -> ET.Element:
+    """Return the root element of an XML file, without its children.
+
+    Raises
+    ------
+    TrafficInputError
+        It is not XML. The message does not name the file.
+    """
+    try:
+        with open_detected(path) as stream:
+            root: ET.Element = next(ET.iterparse(stream, events=("start",)))[1]
+    except NOT_XML as error:
+        raise TrafficInputError(f"not valid XML: {error}") from error
+    return root
+
+
+def surplus(table: Any) -> str | None:
+    """Return the fault and its remedy if the first row has more cells than the header; None if it has not.
+
+    pandas takes the first columns of such a file for the index, which shifts all others, and `index_col=False` would
+    drop the last cells. Longer rows further down are errors of pandas itself.
+
+    Parameters
+    ----------
+    table
+        Table as `pandas.read_csv` returns it without an argument on the index.
+    """
+    import pandas as pd
+
+    if isinstance(table.index, pd.RangeIndex):
+        return None
+    header = len(table.columns)
+    return (
+        f"row 1: {table.index.nlevels + header} cells, but the header has {header}; "
+        "give each row as many cells as the header, without a comma at the end"
+    )
