@@ -83,10 +83,12 @@ def vehicle_odds(tracks: TrackTable, t: int) -> float:
 def reacquire(tracks: TrackTable, t: int, same: float, config: ConfirmationConfig) -> None:
     """Begin again with an object that is, with a probability `same`, the vehicle that was hidden.
 
-    Another object is a vehicle with the prior probability of new tracks, and has to be seen to move.
+    Another object is a vehicle with the prior probability of new tracks. Motion counts again as soon as the object
+    moves, as the vehicle did.
     """
     vehicle = same / (1.0 + elementary.exp(-vehicle_odds(tracks, t))) + (1.0 - same) * config.vehicle_prior
     tracks.prior_log_odds[t] = log_odds(min(vehicle, CERTAIN))
+    tracks.moved_before_hidden[t] |= tracks.left[t]
     tracks.left[t] = False
     tracks.moved_views[t] = tracks.shape_views[t] = 0
     tracks.shape_evidence[t] = 0.0

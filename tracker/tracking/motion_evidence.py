@@ -3,7 +3,8 @@
 The speed of a filter is no such evidence. While more and more of a wall comes into view, or while it is seen between
 two vehicles that pass it, its visible part moves like a vehicle; but the places that it covers were hidden before, and
 those that it leaves are hidden, not free. Under an open sky nothing is behind a free place; a whole face that is clear
-of its first places, which nothing hides, has moved there, too.
+of its first places, which nothing hides, has moved there, too. Of a vehicle that moved before it was hidden, the speed
+is evidence enough.
 """
 
 from collections import deque
@@ -52,7 +53,8 @@ class MotionEvidence:
         rows = np.flatnonzero(tracks.updated & tracks.alive & ~tracks.left)
         if len(rows):
             whole = np.isin(rows, observed.row[whole_faces(observed)])
-            moved = self._moved(tracks, rows, whole, now) & may_be_moving_vehicle(tracks, rows)
+            moved = self._moved(tracks, rows, whole, now) | tracks.moved_before_hidden[rows]
+            moved &= may_be_moving_vehicle(tracks, rows)
             tracks.moved_views[rows] = np.where(moved, tracks.moved_views[rows] + 1, 0)
             tracks.left[rows] = tracks.moved_views[rows] >= MOVED_VIEWS_MIN
         self._past.append(now)

@@ -105,6 +105,8 @@ class TrackTable:
     """(T,) number of these views."""
     left: Bools
     """(T,) mask of objects that were seen to move."""
+    moved_before_hidden: Bools
+    """(T,) mask of objects that were seen to move before they were hidden."""
     moved_views: Ints
     """(T,) successive views with evidence of motion."""
     first_places: Floats

@@ -57,6 +57,10 @@ class Judge:
     def leave(self):
         self._table.left[0] = True
 
+    @property
+    def moved_before_hidden(self):
+        return bool(self._table.moved_before_hidden[0])
+
     def reacquire(self, same):
         reacquire(self._table, 0, same, self._config)
 
@@ -156,6 +160,7 @@ def test_an_object_that_reappears_has_the_probability_of_both_cases(same, probab
     judged.leave()
     assert judged.log_odds > MOTION_LOG_ODDS
     judged.reacquire(same)
+    assert judged.moved_before_hidden
     odds = math.exp(judged.log_odds)
     assert odds / (1.0 + odds) == pytest.approx(probability, abs=1e-6)
 

@@ -39,15 +39,16 @@ def observed_face(table, whole):
     )
 
 
-def first_view_of_motion(scene, views=40, velocity=(8.0, 0.0), ego=(0.0, 0.0), whole=True, far=True):
+def first_view_of_motion(scene, views=40, velocity=(8.0, 0.0), ego=(0.0, 0.0), whole=True, far=True, moved=False):
     """Return in which view a track is seen to move, 0 for none.
 
     `scene` returns, for a time [s], the segments of all objects, and x, y, length and width of the visible part of
     one along x [m], with the signs of its near corner. The ego moves with a velocity [m/s]. The visible part is
-    `whole` from end to end; without `far` returns there is nothing but these objects.
+    `whole` from end to end; without `far` returns there is nothing but these objects. The object may have `moved`
+    before it was hidden.
     """
     table, evidence = empty(MODELS, rows=1), MotionEvidence()
-    table.status[0] = int(Status.TENTATIVE)
+    table.status[0], table.moved_before_hidden[0] = int(Status.TENTATIVE), moved
     for k in range(views):
         at = np.array(ego) * k * DT
         segments, (x, y, length, width), sign = scene(k * DT)
@@ -134,6 +135,12 @@ def test_a_bicycle_is_not_seen_to_move_as_a_vehicle():
 def test_a_slow_object_is_not_seen_to_move():
     speed = SPEED_MIN_MPS - 0.1
     assert first_view_of_motion(crossing(speed), views=60, velocity=(speed, 0.0)) == 0
+
+
+@pytest.mark.parametrize(("speed", "views"), [(8.0, MOVED_VIEWS_MIN), (1.0, 0)])
+def test_of_a_vehicle_that_moved_before_it_was_hidden_the_speed_is_evidence_enough(speed, views):
+    """Its places say nothing: it stands in the scans."""
+    assert first_view_of_motion(crossing(0.0), velocity=(speed, 0.0), moved=True) == views
 
 
 def test_evidence_counts_in_successive_views_only():
