@@ -4,8 +4,11 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 
 from luxloop.sim.actor_draws import paint_reflectivity, redrawn_size
+from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Kind
 
+LARGEST_M = 1000.0
+"""Longest side of a body [m]; trains have several hundred metres."""
 EGO_ID = 0
 """The ego is added first; actors count from 1."""
 
@@ -54,9 +57,20 @@ class Roster:
         name: str = "",
         reflectivity: float | None = None,
     ) -> Member:
-        """Add a member. The default name is `<kind>.<number>`; the default reflectivity is drawn at random."""
+        """Add a member. The default name is `<kind>.<number>`; the default reflectivity is drawn at random.
+
+        Raises
+        ------
+        TrafficInputError
+            Its size [m] is one that no body has.
+        """
         number = len(self._members)
         name = name or f"{kind.name.lower()}.{number}"
+        if not all(0.0 < side <= LARGEST_M for side in size):
+            sides = " x ".join(f"{side:g}" for side in size)
+            raise TrafficInputError(
+                f"{name} is {sides} m large; each side should be above 0 and at most {LARGEST_M:g} m"
+            )
         if self._redraw and number != EGO_ID:
             size = redrawn_size(kind, size, self._seed, name)
         self._members[key] = Member(

@@ -187,7 +187,8 @@ class Recording:
             self._pose: Floats = np.column_stack(list(columns.values()))
             if np.any(np.diff(self.time_s) <= 0.0):
                 raise ValueError("the times in scans.parquet should ascend")
-            if scans["frame"].to_pylist() != list(range(self.summary["frames"])) or not len(self):
+            whole = len(self) == self.summary["frames"] and scans["frame"].to_pylist() == list(range(len(self)))
+            if not (whole and len(self)):
                 raise ValueError(f"scans.parquet has {len(self)} of {self.summary['frames']} scans")
 
     def __len__(self) -> int:

@@ -12,7 +12,7 @@ from luxloop.scenarios.run.device import APART, Device, DeviceFactory
 from luxloop.scenarios.run.output_checks import BrokenOutputError, OutputCheck, read_only
 from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S, ProcessTracker, TrackerProcess
 from luxloop.scenarios.run.termination import is_interrupt
-from luxloop.scenarios.run.user_code import place_of, text_of
+from luxloop.scenarios.run.user_code import place_of, reason_of
 from luxloop.scenarios.run.warm_up import FRAMES, compilation_reported
 from luxloop.sensor_model.truth import ScanTruth
 from luxloop.sim.world import WorldFrame
@@ -34,8 +34,8 @@ class Guard:
     config
         The scenario's `[tracker]` table.
     limit_s
-        Limit of one step of a tracker in a process of its own [s], whose start may take longer; one in this process
-        has none.
+        Limit of one step of a tracker in a process of its own [s]; its start, and steps of the warm-up, may take
+        `START_FACTOR` times as long. One in this process has none.
     phase
         Prefix of frames in messages, for the warm-up.
 
@@ -46,15 +46,16 @@ class Guard:
     """
 
     def __init__(self, make_device: DeviceFactory, config: TrackerConfig, limit_s: float, phase: str = "") -> None:
-        self._name, self._limit_s, self._phase = device.name_of(make_device), limit_s, phase
+        self._name, self._phase = device.name_of(make_device), phase
+        self._limit_s = START_FACTOR * limit_s
         self._frame, self._time = -1, 0.0
         self._check = OutputCheck()
         self._process: TrackerProcess | None = None
         self._own = not device.is_in_process(make_device)
         self._device: Device | TrackerProcess
         if isinstance(make_device, APART):
-            self._device = self._process = self._call(make_device.start, config, START_FACTOR * limit_s)
-            self._process.limit_s = limit_s
+            self._device = self._process = self._call(make_device.start, config, self._limit_s)
+            self._process.limit_s = self._limit_s = self._limit_s if phase else limit_s
         else:
             self._device = self._call(make_device, config)
 
@@ -113,8 +114,7 @@ class Guard:
         except BaseException as error:
             if is_interrupt(error) or self._own or (self._frame < 0 and isinstance(error, InputError)):
                 raise
-            reason = f"{type(error).__name__}: {text_of(error)}".rstrip(": ")
-            self._break(f"{place_of(error, (__file__,))}raised {reason}", error)
+            self._break(f"{place_of(error, (__file__,))}raised {reason_of(error)}", error)
 
     def _line(self, what: str) -> str:
         if self._frame < 0:
@@ -144,7 +144,7 @@ def warm_up(
     frames
         Frames with their scans and truth; a few are taken.
     step_timeout_s
-        Limit of one step; the first ones may take longer [s].
+        As `limit_s` of `Guard`.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def warm_up(
     with (
         progress.start(name) as report,
         compilation_reported(report),
-        guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused,
+        guarded(make_device, config, step_timeout_s, "warm-up, ") as unused,
     ):
         for frame, scan, truth in islice(frames, FRAMES):
             unused.show_truth(frame, truth)

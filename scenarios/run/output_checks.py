@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from luxloop.arrays import Bools, Floats
-from luxloop.scenarios.run.user_code import text_of
+from luxloop.scenarios.run.user_code import reason_of
 from luxloop.tracker.records import (
     METHODS,
     MODEL_NAMES,
@@ -307,7 +307,7 @@ class OutputCheck:
         except (BrokenOutputError, KeyboardInterrupt):
             raise
         except BaseException as error:  # fields are missing, or properties that fail
-            what = f"returned a record that cannot be read ({type(error).__name__}: {text_of(error)}); {MORE}"
+            what = f"returned a record that cannot be read ({reason_of(error)}); {MORE}"
             raise BrokenOutputError(what) from error
 
     def _checked_tracks(self, tracks: Tracks) -> Tracks:

@@ -126,7 +126,7 @@ def _answer(function: str, folder: Path, tables: dict[str, Any] | None) -> dict[
     try:
         value: Any = called({name: table.copy() for name, table in tables.items()})
     except BaseException as error:  # all that the user's code can raise
-        return {"error": f"{user_code.place_of(error, (__file__,))}{type(error).__name__}: {user_code.text_of(error)}"}
+        return {"error": f"{user_code.place_of(error, (__file__,))}{user_code.reason_of(error)}"}
     try:
         if not isinstance(value, str | bytes):  # of which float() reads numbers
             return {"value": None if value is None else float(value)}

@@ -28,6 +28,9 @@ from luxloop.scenarios.grading.frame_tables import SCHEMAS
 from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.metrics import of_files, of_recordings
+from luxloop.scenarios.metrics.definitions import is_metric
+from luxloop.scenarios.metrics.former_names import present_name
+from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.result import Metric, Result
 
 RESULT = "result.json"
@@ -118,6 +121,7 @@ def read(folder: Path) -> Result:
         raise OutputError(f"{folder}: incomplete: the run was killed; run the scenario again")
     try:
         document = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        _require_document(document)
         tables = {path.stem: _read_table(path) for path in sorted((folder / TABLES).glob("*.parquet"))}
         return Result(
             scenario=_name(document["scenario"]),
@@ -171,6 +175,20 @@ def _not_a_run(folder: Path) -> OutputError:
 def metric_document(metric: Metric) -> dict[str, Any]:
     """Return the JSON of a metric; reasons are left out if they are empty."""
     return {key: value for key, value in asdict(metric).items() if key not in REASONS or value}
+
+
+def _require_document(document: dict[str, Any]) -> None:
+    """Check that a result has finite numbers and known metrics.
+
+    Raises
+    ------
+    ValueError
+        It has not.
+    """
+    json.dumps(document, allow_nan=False)  # JSON has numbers, as 1e999, that become infinite
+    for name in document["metrics"]:
+        if not (name.startswith(PREFIX) or is_metric(present_name(name) or name)):
+            raise ValueError(f"{name} is no metric")
 
 
 def _name(scenario: str) -> str:

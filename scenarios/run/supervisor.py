@@ -38,7 +38,11 @@ def main(control: int) -> None:
     Path(folder).mkdir(0o700)
     try:
         with suppress(OSError):  # no such program: the judge reports that it has ended
-            _serve(subprocess.Popen(arguments, cwd=folder, start_new_session=True, preexec_fn=_restrict), control, wake)
+            variables = {**os.environ, "TMPDIR": folder}  # so that its temporary files end with it
+            device = subprocess.Popen(
+                arguments, cwd=folder, env=variables, start_new_session=True, preexec_fn=_restrict
+            )
+            _serve(device, control, wake)
     finally:
         _end_children()
         remove(folder)
@@ -54,7 +58,7 @@ def _serve(device: "subprocess.Popen[bytes]", control: int, wake: int) -> None:
         os.read(wake, 4096)
         with suppress(ChildProcessError):
             while (ended := os.waitpid(-1, os.WNOHANG))[0]:
-                if ended[0] == device.pid:
+                if ended[0] == device.pid and not os.WIFSTOPPED(ended[1]):  # as one does that lets itself be traced
                     os.write(control, f"{os.waitstatus_to_exitcode(ended[1])}\n".encode())
     device.returncode = 0  # no warning that it may still be running
     with suppress(ProcessLookupError):

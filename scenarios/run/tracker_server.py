@@ -84,6 +84,4 @@ class _Server:
 
 
 def _described(error: BaseException) -> str:
-    place = user_code.place_of(error, (__file__,))
-    reason = f"{type(error).__name__}: {user_code.text_of(error)}".rstrip(": ")
-    return f"{place}raised {reason}"
+    return f"{user_code.place_of(error, (__file__,))}raised {user_code.reason_of(error)}"

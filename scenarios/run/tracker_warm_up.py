@@ -8,7 +8,6 @@ import numpy as np
 
 from luxloop.scenarios.run import progress
 from luxloop.scenarios.run.guard import guarded
-from luxloop.scenarios.run.process_tracker import START_FACTOR, STEP_TIMEOUT_S
 from luxloop.scenarios.run.warm_up import FRAMES, STATUS
 from luxloop.sensor_model.rig.beams import beam_table, sweep_limits
 from luxloop.sensor_model.rig.rig import Rig
@@ -37,7 +36,7 @@ def tracker_beside(config: TrackerConfig, rig: Rig) -> Iterator[None]:
 def _compile(config: TrackerConfig, rig: Rig) -> None:
     """Run the shipped tracker for a few scans of one car."""
     collect_rarely()
-    with guarded(Tracker, config, START_FACTOR * STEP_TIMEOUT_S, "warm-up, ") as tracker:
+    with guarded(Tracker, config, phase="warm-up, ") as tracker:
         for index in range(FRAMES):
             scan = _car_ahead(index, rig)
             tracker.checked(tracker.step(scan), scan)

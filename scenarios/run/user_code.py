@@ -98,16 +98,18 @@ def _one_line_errors() -> Iterator[None]:
     try:
         yield
     except (Exception, SystemExit, GeneratorExit) as error:
-        message = f"{place_of(error)}{type(error).__name__}: {text_of(error)}{former_names.remedy(error)}"
+        message = f"{place_of(error)}{reason_of(error)}{former_names.remedy(error)}"
         raise UserCodeError(message) from error
 
 
-def text_of(error: BaseException) -> str:
-    """Return the text of an error of the user's code on one line, empty if its class fails to give one."""
+def reason_of(error: BaseException) -> str:
+    """Return class and text of an error of the user's code on one line, without the text if its class fails at it."""
+    name = type.__dict__["__name__"].__get__(type(error))  # also if a metaclass has a `__name__` of its own
     try:
-        return " ".join(str(error.msg if isinstance(error, SyntaxError) else error)[:TEXT_MAX].split())
+        text = " ".join(str(error.msg if isinstance(error, SyntaxError) else error)[:TEXT_MAX].split())
     except BaseException:  # its class may do anything
-        return ""
+        text = ""
+    return f"{name}: {text}".rstrip(": ")
 
 
 def place_of(error: BaseException, apart_from: tuple[str, ...] = ()) -> str:

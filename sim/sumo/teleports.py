@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Any
 
 from luxloop.sim.roster import EGO_ID, Member, Roster
-from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Kind
 
 TELEPORT_DISTANCE = 6.0
@@ -29,17 +28,6 @@ PARKING_SPEED = 1.0
 
 Body = tuple[Kind, tuple[float, float, float]]
 Point = tuple[float, float]
-LARGEST_M = 1000.0
-"""Longest side of a body [m]; trains have several hundred metres."""
-
-
-def require_plausible(name: str, size: tuple[float, float, float]) -> None:
-    """Raise a TrafficInputError for sides [m] that no body has: SUMO accepts types of infinite length."""
-    if not all(0.0 < side <= LARGEST_M for side in size):
-        sides = " x ".join(f"{side:g}" for side in size)
-        raise TrafficInputError(
-            f"{name}: its vehicle type is {sides} m large; each side should be above 0 and at most {LARGEST_M:g} m"
-        )
 
 
 class MemberNames:
@@ -82,12 +70,11 @@ class MemberNames:
         Raises
         ------
         TrafficInputError
-            Its vehicle type has no plausible size.
+            As `Roster.add`: SUMO accepts types of infinite length.
         """
         member = self._members.get(name)
         if member is None:
             kind, size = self._body(name)
-            require_plausible(name, size)
             member = self._members[name] = self._roster.add((self._label, name), kind, size, name)
         return member
 

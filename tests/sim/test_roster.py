@@ -5,6 +5,7 @@ import pytest
 
 from luxloop.sim.actor_draws import CAR_SHADES, SHADES, paint_reflectivity
 from luxloop.sim.roster import Roster
+from luxloop.sim.source import TrafficInputError
 from luxloop.sim.world import Kind
 
 SIZE = (4.7, 1.8, 1.5)
@@ -39,3 +40,10 @@ def test_paint_follows_the_shares_of_the_shades(kind, shades):
 def test_paint_of_cars_has_the_measured_quartiles():
     draws = [paint_reflectivity(11, f"car.{number}", Kind.CAR) for number in range(2000)]
     assert np.quantile(draws, (0.25, 0.5, 0.75)) == pytest.approx([0.03, 0.075, 0.15], rel=0.15)
+
+
+@pytest.mark.parametrize("size", [(np.inf, 1.8, 1.5), (np.nan, 1.8, 1.5), (4.7, 0.0, 1.5), (3e8, 2.5, 3.6)])
+def test_a_size_that_no_body_has_is_one_line(size):
+    """A bus of 3e8 m in an OpenSCENARIO file took 9 GB, and SUMO accepts types of infinite length."""
+    with pytest.raises(TrafficInputError, match=r"^bus is .* m large; each side should be above 0 and at most 1000 m$"):
+        Roster(0).add("key", Kind.BUS, size, "bus")

@@ -1,8 +1,11 @@
 """Trackers that break the contract of a tracker in one way each. They behave until their fourth step."""
 
 import asyncio
+import atexit
 import ctypes
+import fcntl
 import gc
+import mmap
 import os
 import posix
 import shutil
@@ -20,6 +23,8 @@ import numpy as np
 import typer
 
 from luxloop.scenarios.errors import ScenarioError
+from luxloop.scenarios.run import output_checks
+from luxloop.scenarios.run.record_messages import ANSWER, Kind, encode
 from luxloop.sim.source import SimulatorFailedError, TrafficEndedError
 from luxloop.tracker.records import MODELS, StepTrace, Tracks
 from luxloop.tracker.tracker import Tracker
@@ -93,6 +98,12 @@ PosesAsInput = raising(ScenarioError("bad file"))
 
 
 @rogue
+def RaisesNameless(_self, _scan):
+    nameless = type("Nameless", (type,), {"__name__": property(lambda _cls: 1 / 0)})
+    raise nameless("Named", (Exception,), {})("error")
+
+
+@rogue
 def EndsProcess(_self, _scan):
     os._exit(0)
 
@@ -139,6 +150,42 @@ def ClosesFiles(_self, _scan):
 def BlocksTheAlarm(_self, _scan):
     signal.pthread_sigmask(signal.SIG_BLOCK, set(signal.Signals) - {signal.SIGKILL, signal.SIGSTOP})
     time.sleep(1e6)
+
+
+@rogue
+def StopsItself(_self, _scan):
+    os.kill(os.getpid(), signal.SIGSTOP)
+
+
+@rogue
+def StopsByTrace(_self, _scan):
+    ctypes.CDLL(None).ptrace(0, 0, 0, 0)
+    os.kill(os.getpid(), signal.SIGUSR1)
+
+
+@rogue
+def SegfaultsByRecursion(_self, _scan):
+    sys.setrecursionlimit(1 << 30)
+    deep = type("Deep", (), {"__repr__": lambda self: repr(self)})
+    repr(deep())
+
+
+@rogue
+def FaultsInAMappedFile(_self, _scan):
+    with Path("mapped").open("w+b") as file:
+        file.truncate(1 << 16)
+        mapped = mmap.mmap(file.fileno(), 1 << 16)
+        file.truncate(0)
+    return mapped[0]
+
+
+@rogue
+def ReportsItsOwnEnd(_self, _scan):
+    supervisor = Path(f"/proc/{os.getppid()}/fd")
+    for file in supervisor.iterdir():
+        with suppress(OSError):  # a socket cannot be opened
+            file.write_bytes(b"0\n")
+    os._exit(3)
 
 
 @rogue
@@ -209,6 +256,11 @@ def Recurses(self, scan):
     return self.odd(scan)
 
 
+class HangsAtStart(Honest):
+    def __init__(self, _config):
+        time.sleep(1e6)
+
+
 class ExitsAtStart(Honest):
     def __init__(self, _config):
         sys.exit(0)
@@ -222,6 +274,40 @@ class TakesNoConfig(Honest):
 class HasNoStep:
     def __init__(self, config):
         pass
+
+
+# --- the connection to the judge
+def pipes(mode):
+    """Return the ends of pipes of this process for reading or writing, beside 0 to 2."""
+    fds = [int(file.name) for file in Path("/proc/self/fd").iterdir() if file.is_fifo()]
+    return [fd for fd in fds if fd > 2 and fcntl.fcntl(fd, fcntl.F_GETFL) & os.O_ACCMODE == mode]
+
+
+@rogue
+def AnswersTwice(self, _scan):
+    body = encode(self.fine(), None)
+    for fd in pipes(os.O_WRONLY):
+        os.write(fd, ANSWER.pack(len(body), Kind.OUTPUT) + body)
+    return self.fine()
+
+
+@rogue
+def WritesToItsAnswers(self, _scan):
+    for fd in pipes(os.O_WRONLY):
+        os.write(fd, b"progress\n")
+    return self.fine()
+
+
+@rogue
+def ReadsItsRequests(_self, _scan):
+    for fd in pipes(os.O_RDONLY):
+        os.read(fd, 1)
+
+
+@rogue
+def SendsNanPastTheChecks(self, _scan):
+    output_checks.OutputCheck.checked = lambda _self, output, _scan: (output, None)
+    return replace(self.fine(), mean=np.full((2, 8), np.nan))
 
 
 # --- time
@@ -265,6 +351,8 @@ def WritesPose(self, scan):
 
 
 # --- the record
+HasTheClassOfTracks = rogue(lambda *_: type("Other", (), {"__class__": Tracks})())
+BillionsOfTracks = changed(id=lambda _: np.broadcast_to(np.int64(1), 1 << 40))
 ReturnsNone = rogue(lambda *_: None)
 ReturnsText = rogue(lambda *_: "tracks")
 ReturnsGenerator = rogue(lambda self, _scan: (self.fine() for _ in range(1)))
@@ -411,6 +499,26 @@ def ForksQuietly(self, _scan):
         os._exit(0)
     os.waitpid(child, 0)
     return self.fine()
+
+
+@rogue
+def FakesTheClock(self, _scan):
+    time.monotonic = time.perf_counter = time.time = lambda: 0.0
+    return self.fine()
+
+
+@rogue
+def SignalsTheJudge(self, _scan):
+    judge = int(Path(f"/proc/{os.getppid()}/stat").read_text().rpartition(")")[2].split()[1])
+    for number in (signal.SIGPIPE, signal.SIGCHLD, signal.SIGWINCH, signal.SIGCONT):
+        os.kill(judge, number)
+    return self.fine()
+
+
+class HangsAtExit(Honest):
+    def __init__(self, config):
+        super().__init__(config)
+        atexit.register(time.sleep, 1e6)
 
 
 @rogue

@@ -1,5 +1,7 @@
 """Rows of recorded scans: written by the rule by which they are read, and read in the order of frames and vehicles."""
 
+import json
+
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -60,3 +62,11 @@ def test_nothing_is_imported_that_would_be_refused_when_it_is_read(tmp_path, cha
     with pytest.raises(InputError, match=message):
         write(tmp_path / "rec", **changes)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("frames", [0, 3, 10**30])
+def test_another_number_of_frames_is_refused(frames, tmp_path):
+    summary = write(tmp_path / "rec") / "summary.json"
+    summary.write_text(json.dumps(json.loads(summary.read_text()) | {"frames": frames}))
+    with pytest.raises(OutputError, match=f"has 2 of {frames} scans"):
+        Recording(tmp_path / "rec")

@@ -19,6 +19,7 @@ def scratch(tmp_path, monkeypatch):
     """Folder for temporary folders."""
     (tmp_path / "scratch").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "scratch"))
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "scratch"))
     return tmp_path / "scratch"
 
 
@@ -53,6 +54,7 @@ def test_an_answer_in_small_parts_has_the_same_time_limit():
 LOCKED = "os.makedirs('a/b'); os.chmod('a', 0); os.chmod('.', 0)"
 REPLACED = "here = os.getcwd(); os.chdir('/'); os.rmdir(here); "
 LEFT = {
+    "temporary": "import tempfile; tempfile.mkdtemp()",
     "locked": LOCKED,
     "link": REPLACED + "os.symlink({kept!r}, here)",
     "file": REPLACED + "os.close(os.open(here, os.O_CREAT))",

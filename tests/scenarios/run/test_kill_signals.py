@@ -3,6 +3,7 @@
 Nothing that was complete is lost, nothing half-written reads as a result, and the next start goes on.
 """
 
+import math
 import os
 import random
 import re
@@ -65,6 +66,29 @@ COMMANDS = {
 KILLS = 25
 """Kills of each command: 125 in all."""
 PATIENCE_S = 300.0
+PROCESSES = {"judge": "", "tracker": "tracker_server", "metrics": "own_metrics", "world": "sim.process.worker"}
+"""Processes of a run, and a part of their command lines."""
+OPTIONS = {role: ["--tracker", "own.py:Mine", "--ahead"] for role in PROCESSES}
+OPTIONS |= {"tracker": ["--tracker", "own.py:Mine", "--no-ahead"], "metrics": ["--no-ahead"]}
+"""Options of the run in which they are killed, with few other processes."""
+ENDS = {"judge": (-signal.SIGKILL,), "tracker": (2, 4), "metrics": (2,), "world": (3,)}
+"""Exit codes of a run by the process that is killed; 2 is also a tracker that is killed at its import."""
+KILLS_OF_EACH = 100
+OWN_CODE = """\
+import time
+from luxloop.tracker.records import Tracks
+
+class Mine:
+    def __init__(self, config): ...
+    def step(self, scan):
+        time.sleep(0.1)
+        return Tracks.from_boxes([1], [[9.0, 3.0]], [0.0], (4.5, 1.8))
+
+def one(tables):
+    time.sleep(0.3)
+    return 1.0
+"""
+OWN_METRIC = '[[metric]]\nname = "own.one"\nfunction = "own.py:one"\n'
 
 
 @pytest.fixture
@@ -109,6 +133,68 @@ def test_nothing_is_lost_or_half_written(name, kills, folder):
     assert_kept(complete, found(name, folder))
     assert temporary(folder) == []
     assert_whole(name, folder)
+
+
+@pytest.mark.parametrize(
+    ("role", "kills"),
+    [
+        *(pytest.param(role, len(SIGNALS), marks=pytest.mark.slow) for role in PROCESSES),
+        *(pytest.param(role, KILLS_OF_EACH, marks=pytest.mark.soak) for role in PROCESSES),
+    ],
+)
+def test_a_run_ends_in_one_line_if_one_of_its_processes_is_killed(role, kills, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scratch").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "scratch"))
+    short_run.write(tmp_path, short_run.TEXT + OWN_METRIC)
+    (tmp_path / "own.py").write_text(OWN_CODE)
+    begin = time.monotonic()
+    assert run_killed(role)[:2] == (0, "")
+    whole, whole_s = runs_in(tmp_path), time.monotonic() - begin
+    rng, done = random.Random(f"{role} {kills}"), 0
+    while done < kills:
+        code, err, family, killed = run_killed(role, whole_s * rng.random())
+        done += killed
+        lines = [line for line in err.splitlines() if not line.endswith("left by a command that was killed")]
+        assert code in (ENDS[role] if lines or (role == "judge" and killed) else (0,)), (code, err)
+        assert len(lines) <= (role != "judge"), err
+        until(lambda family=family: all(map(is_dead, family)))
+        until(lambda: not any((tmp_path / "scratch").iterdir()))
+        assert role == "judge" or temporary(tmp_path) == []
+        assert code in (3, -signal.SIGKILL) or runs_in(tmp_path) == whole
+    assert run_killed(role)[0] == 0
+    assert (runs_in(tmp_path), temporary(tmp_path)) == (whole, [])
+
+
+def run_killed(role: str, delay_s: float = math.inf) -> tuple[int, str, list[int], bool]:
+    """Run the scenario, and kill one of its processes some time after the start, or when it begins later.
+
+    Return the exit code, standard error, all processes, and whether one was killed.
+    """
+    command = ["run", "short.toml", "--out", "runs/here", "--no-recording", "--quiet", *OPTIONS[role]]
+    family, chosen, due = list[int](), list[int](), time.monotonic() + delay_s
+    with warm_process.started("luxloop", *command) as run:
+        while not chosen and run.poll() is None:
+            time.sleep(0.005)
+            if time.monotonic() > due:
+                family = descendants(run.pid)
+                chosen = [pid for pid in family if PROCESSES[role] in arguments(pid)]
+        with suppress(ProcessLookupError, IndexError):
+            os.kill(chosen[0], signal.SIGKILL)
+        _, err = run.communicate(PATIENCE_S)
+    return run.returncode, err, family, bool(chosen)
+
+
+def descendants(pid: int) -> list[int]:
+    """Return the ids of a process and of all that it started."""
+    return [pid, *(found for child in children_of(pid) for found in descendants(child))]
+
+
+def arguments(pid: int) -> str:
+    """Return the command line of a process; empty if it has ended."""
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/cmdline").read_text()
+    return ""
 
 
 @cache

@@ -169,7 +169,7 @@ def test_errors_of_functions_are_one_line(function, message, monkeypatch):
 
 @pytest.mark.parametrize(
     ("function", "answer"),
-    [("digits", {"type": "bytes"}), ("silent", {"error": "line 36: Silent: "}), ("ends_later", {"type": "Ends"})],
+    [("digits", {"type": "bytes"}), ("silent", {"error": "line 36: Silent"}), ("ends_later", {"type": "Ends"})],
 )
 def test_odd_errors_and_values_do_not_end_the_process_of_functions(functions, tmp_path, function, answer):
     request = ({"own.x": f"{functions}:{function}"}, str(tmp_path), {"truth": pd.DataFrame()})

@@ -290,6 +290,25 @@ def test_the_name_of_a_scenario_never_leads_out_of_a_folder(name, tmp_path):
         run_folder.read(tmp_path / "run")
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"track.hota": {', '"track.hotta": {'),
+        ('"track.hota": {', '"track.hota{<;}": {'),
+        ('"seed": ', '"limit": 1e999, "seed": '),
+    ],
+)
+def test_unknown_metrics_and_infinite_numbers_are_damage(old, new, tmp_path):
+    """They ended the grading of a damaged run with a traceback."""
+    write_run(tmp_path / "run")
+    file = tmp_path / "run" / "result.json"
+    text = file.read_text()
+    assert text.count(old) >= 1
+    file.write_text(text.replace(old, new))
+    with pytest.raises(OutputError, match="damaged, or of another version"):
+        run_folder.read(tmp_path / "run")
+
+
 def test_a_run_without_recording_is_an_error_with_a_remedy(tmp_path):
     write_run(tmp_path / "run")
     with pytest.raises(OutputError, match="without --no-recording"):

@@ -9,10 +9,8 @@ import pytest
 from support.paths import NETS
 
 from luxloop.scenarios.grading.truth_events.event_log import EventLog
-from luxloop.sim.source import TrafficInputError
 from luxloop.sim.sumo.sumo_config import SumoTraffic
 from luxloop.sim.sumo.sumo_source import SumoSource
-from luxloop.sim.sumo.teleports import require_plausible
 
 BUS = """<vType id="bus" vClass="bus" length="12" width="2.5" sigma="0" speedDev="0"/>
 <vehicle id="ego" depart="0" departPos="4" departLane="{lane}" departSpeed="0"><route edges="{edge}"/>
@@ -103,9 +101,3 @@ def test_a_person_whom_sumo_moves_across_a_junction_stays_the_same(run, net, fir
     (event,) = events[events["kind"] == "teleport"].to_dict("records")
     assert (event["name"], event["other"]) == ("walker", "")
     assert event["value"] == pytest.approx(skipped_m, abs=0.4)
-
-
-@pytest.mark.parametrize("size", [(np.inf, 1.8, 1.5), (np.nan, 1.8, 1.5), (4.7, 0.0, 1.5), (4.7, 1.8, 1e6)])
-def test_a_vehicle_type_of_no_plausible_size_is_one_line(size):
-    with pytest.raises(TrafficInputError, match=r"car: its vehicle type is .* m large; each side should be above 0"):
-        require_plausible("car", size)
