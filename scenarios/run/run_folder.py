@@ -29,7 +29,6 @@ from luxloop.scenarios.grading.grading_config import GradingConfig
 from luxloop.scenarios.grading.observations import RunObservations
 from luxloop.scenarios.metrics import of_files, of_recordings
 from luxloop.scenarios.metrics.definitions import is_metric
-from luxloop.scenarios.metrics.former_names import present_name
 from luxloop.scenarios.metrics.own_metric import PREFIX
 from luxloop.scenarios.result import Metric, Result
 
@@ -187,7 +186,7 @@ def _require_document(document: dict[str, Any]) -> None:
     """
     json.dumps(document, allow_nan=False)  # JSON has numbers, as 1e999, that become infinite
     for name in document["metrics"]:
-        if not (name.startswith(PREFIX) or is_metric(present_name(name) or name)):
+        if not (name.startswith(PREFIX) or is_metric(name)):
             raise ValueError(f"{name} is no metric")
 
 
