@@ -24,6 +24,10 @@ BEFORE_M = 0.5
 BEHIND_M = 1.0
 """Returns that are all farther by this show that a place is free [m]."""
 
+BEHIND_FRACTION = 0.1
+"""They are also farther by this fraction of the range: at a bearing that errs by half a degree, a wall that is met at
+five degrees has a range that differs by as much."""
+
 NEAREST_M = 1.5
 """Places nearer to a unit have no returns [m]: parts of the ego may be there."""
 
@@ -102,7 +106,7 @@ def state_of(x: float, y: float, nearest: Floats, error_m: float) -> int:
         if nearest_m < range_m - BEFORE_M - error_m:
             return HIDDEN
         returns += nearest_m < math.inf
-        behind += range_m + BEHIND_M + error_m < nearest_m < math.inf
+        behind += range_m + max(BEHIND_M, BEHIND_FRACTION * range_m) + error_m < nearest_m < math.inf
     if returns < COVERED * (last - first + 1):
         return NO_RETURN
     return FREE if behind == returns else OCCUPIED

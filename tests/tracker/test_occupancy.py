@@ -7,7 +7,17 @@ import pytest
 from support.planar_scans import BEARINGS, ranges, scan_of, sides
 
 from luxloop.tracker.free_space import BINS, UNIT_OFFSET_M
-from luxloop.tracker.occupancy import BEFORE_M, BEHIND_M, FREE, HIDDEN, NO_RETURN, OCCUPIED, PLACE_RADIUS_M, Occupancy
+from luxloop.tracker.occupancy import (
+    BEFORE_M,
+    BEHIND_FRACTION,
+    BEHIND_M,
+    FREE,
+    HIDDEN,
+    NO_RETURN,
+    OCCUPIED,
+    PLACE_RADIUS_M,
+    Occupancy,
+)
 from luxloop.tracker.scan import Scan
 
 CAR = sides(20.0, 0.0, 4.0, 2.0)
@@ -19,8 +29,8 @@ CAR = sides(20.0, 0.0, 4.0, 2.0)
     [
         ((18.1, 0.0), OCCUPIED),  # the rear
         ((18.9, 0.0), HIDDEN),  # inside the car, hidden by its rear
-        ((17.2, 0.0), OCCUPIED),  # less than 1 m in front of it
-        ((16.5, 0.0), FREE),
+        ((16.5, 0.0), OCCUPIED),  # less than a tenth of the range in front of it
+        ((16.2, 0.0), FREE),
         ((18.1, 5.0), FREE),
         ((30.0, 0.0), HIDDEN),
         ((18.1, 1.2), OCCUPIED),  # 0.2 m beside a corner
@@ -33,16 +43,18 @@ def test_places_about_a_car(place, state):
 
 
 def test_the_margins_are_those_of_the_definition():
-    """Places on the axis, seen by beams along it: 18 m is 0.5 m nearer than 18.5 m, and 1 m behind 17 m."""
+    """Places on the axis, seen by beams along it: 18 m is 0.5 m nearer than 18.5 m, and a tenth behind 16.36 m. Within
+    10 m, returns are 1 m behind."""
     occupancy = Occupancy.of(scan_of(CAR))
     states = {
         x: occupancy.states(np.array([[x, 0.0]])).item() for x in (18.0 + BEFORE_M - 0.01, 18.0 + BEFORE_M + 0.02)
     }
     assert list(states.values()) == [OCCUPIED, HIDDEN]
-    states = {
-        x: occupancy.states(np.array([[x, 0.0]])).item() for x in (18.0 - BEHIND_M + 0.01, 18.0 - BEHIND_M - 0.02)
-    }
-    assert list(states.values()) == [OCCUPIED, FREE]
+    far, near = 18.0 / (1.0 + BEHIND_FRACTION), 8.0 - BEHIND_M
+    assert (far, near) == pytest.approx((16.3636, 7.0), abs=1e-4)
+    assert occupancy.states(np.array([[far + 0.01, 0.0], [far - 0.02, 0.0]])).tolist() == [OCCUPIED, FREE]
+    occupancy = Occupancy.of(scan_of(sides(10.0, 0.0, 4.0, 2.0)))
+    assert occupancy.states(np.array([[near + 0.01, 0.0], [near - 0.02, 0.0]])).tolist() == [OCCUPIED, FREE]
 
 
 def test_open_sky_says_nothing():
@@ -75,9 +87,9 @@ def test_one_unit_sees_what_hides_a_place_from_another():
 
 
 def test_unknown_positions_of_units_widen_all_margins():
-    """Within 2.5 m of a place, and 1 m + 2.5 m behind it, nothing may be seen."""
+    """Within 2.5 m of a place, and a tenth of its range + 2.5 m behind it, nothing may be seen."""
     scan = replace(scan_of(CAR), unit_positions_ego=None)
-    beside, before = 1.0 + UNIT_OFFSET_M + PLACE_RADIUS_M, 18.0 - BEHIND_M - UNIT_OFFSET_M
+    beside, before = 1.0 + UNIT_OFFSET_M + PLACE_RADIUS_M, (18.0 - UNIT_OFFSET_M) / (1.0 + BEHIND_FRACTION)
     places = np.array([[18.5, -beside + 0.3], [18.5, -beside - 0.6], [before + 0.1, 0.0], [before - 0.2, 0.0]])
     assert Occupancy.of(scan).states(places).tolist() == [OCCUPIED, FREE, OCCUPIED, FREE]
 
@@ -102,7 +114,8 @@ def test_states_equal_brute_force(seed):
         elif np.isfinite(seen).mean() < 0.5:
             expected.append(NO_RETURN)
         else:
-            expected.append(FREE if (seen[np.isfinite(seen)] > distance + BEHIND_M).all() else OCCUPIED)
+            behind = distance + max(BEHIND_M, BEHIND_FRACTION * distance)
+            expected.append(FREE if (seen[np.isfinite(seen)] > behind).all() else OCCUPIED)
     assert found.tolist() == expected
     assert {HIDDEN, FREE, OCCUPIED} <= set(expected)
 
