@@ -17,18 +17,19 @@ from luxloop.scenarios.compare.comparison import compare
 from luxloop.scenarios.compare.digest import digest
 from luxloop.scenarios.compare.run_pairs import pair
 from luxloop.scenarios.compare.vehicle_sums import TRUTH, close, counterparts
+from luxloop.scenarios.run import run_folder
 
 
-def run_ring(out, environment):
-    command = [sys.executable, "-m", "luxloop", "run", "ring", "--duration", "2", "--no-recording", "--out", str(out)]
+def run_scenario(out, environment, scenario="ring"):
+    command = [sys.executable, "-m", "luxloop", "run", scenario, "--duration", "2", "--no-recording", "--out", str(out)]
     subprocess.run(command, env={**os.environ, **environment}, cwd=ROOT, check=False, stdout=subprocess.DEVNULL)
 
 
 @pytest.fixture(scope="module")
 def two_machines(tmp_path_factory):
     folder = tmp_path_factory.mktemp("machines")
-    run_ring(folder / "this", {})
-    run_ring(folder / "other", OLDER_PROCESSOR)
+    run_scenario(folder / "this", {})
+    run_scenario(folder / "other", OLDER_PROCESSOR)
     assert main(["baseline", str(folder / "other"), "--out", str(folder / "other.jsonl")]) == 0
     return folder
 
@@ -42,6 +43,17 @@ def test_run_of_another_instruction_set_is_the_same(two_machines, capsys):
     assert len(pairs.compared[0].units()[0]) == 8  # seven vehicles and NO_ACTOR
     assert main(["compare", str(two_machines / "other.jsonl"), str(two_machines / "this")]) == 0
     assert "SAME: HEAD is as good as BASE; no metric is worse" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["sumo-crossing", "noise-all"])
+def test_the_trace_is_the_same_bits_on_another_processor(scenario, tmp_path):
+    """Traffic, every kind of noise, and the tracker."""
+    for name, environment in {"this": {}, "other": OLDER_PROCESSOR}.items():
+        run_scenario(tmp_path / name, environment, scenario)
+    this, other = (run_folder.read(tmp_path / name) for name in ("this", "other"))
+    assert this.frames > 20
+    assert this.trace_hash == other.trace_hash
 
 
 def test_truth_is_compared_within_tolerances():
