@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/pip --quiet --disable-pip-version-check
 
-.PHONY: demo test slow soak check figures site smoke catalog baseline bench lock
+.PHONY: demo test slow soak check figures site smoke catalog baseline bench wheel lock
 
 demo: .venv/installed
 	@echo "Running the scenario sumo-crossing. The first run compiles luxloop's kernels, which takes about two minutes."
@@ -77,6 +77,12 @@ bench: .venv/developed
 	@echo "Installing luxloop into .venv."
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
+
+# A wheel with kernels that are compiled for one processor: a first run of this Python compiles nothing.
+wheel: .venv/developed
+	rm -rf dist
+	$(PIP) wheel . --no-deps --no-build-isolation --wheel-dir dist
+	$(BIN)/python .ci/wheel_kernels.py dist/*.whl
 
 # The same packages and those for development. Packages that exclude some of them are installed by the tests that need
 # them, in folders of their own (tests/support/separate_packages.py).

@@ -52,6 +52,7 @@ __all__ = [
     "run",
 ]
 
+kernel_folder.use_shipped(Path(__file__).parent)
 kernel_folder.choose(Path(__file__).parent)
 
 _MODULES = {

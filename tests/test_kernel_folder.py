@@ -1,4 +1,4 @@
-"""Kernels of a read-only installation without a writable home go to the temporary folder."""
+"""Kernels of a wheel are found; those of a read-only installation without a home go to the temporary folder."""
 
 import os
 import subprocess
@@ -55,6 +55,51 @@ def test_where_something_is_writable_nothing_changes(writable, temporary, monkey
     kernel_folder.choose(temporary if writable == "package" else kernel_folder.Path(READ_ONLY))
     assert os.environ.get(kernel_folder.VARIABLE) == ("/kept" if writable == "variable" else None)
     assert not list(temporary.iterdir())
+
+
+@pytest.fixture
+def wheel(tmp_path, monkeypatch):
+    """Return an installed package with kernels, in a process without variables of numba and without numba itself."""
+    for name in (kernel_folder.VARIABLE, *kernel_folder.PROCESSOR):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.delitem(sys.modules, "numba")
+    monkeypatch.setattr(kernel_folder, "_flags", lambda: kernel_folder.FLAGS | {"fpu"})
+    (tmp_path / kernel_folder.SHIPPED).write_text(numba.__version__)
+    return tmp_path
+
+
+def chosen(package):
+    """Return the variables that `use_shipped` sets."""
+    kernel_folder.use_shipped(package)
+    return {name: value for name in kernel_folder.PROCESSOR if (value := os.environ.pop(name, None)) is not None}
+
+
+def test_kernels_of_a_wheel_select_their_processor(wheel):
+    assert chosen(wheel) == {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""}
+
+
+@pytest.mark.parametrize("reason", ["source", "numba", "processor", "read-only", "folder", "user", "imported"])
+def test_kernels_that_cannot_be_found_select_nothing(reason, wheel, monkeypatch):
+    if reason == "source":
+        (wheel / kernel_folder.SHIPPED).unlink()
+    elif reason == "numba":
+        (wheel / kernel_folder.SHIPPED).write_text("0.1")
+    elif reason == "processor":
+        monkeypatch.setattr(kernel_folder, "_flags", lambda: kernel_folder.FLAGS - {"avx2"})
+    elif reason == "read-only":
+        monkeypatch.setattr(kernel_folder.os, "access", lambda *_: False)
+    elif reason == "folder":
+        monkeypatch.setenv(kernel_folder.VARIABLE, "/kept")
+    elif reason == "user":
+        monkeypatch.setenv("NUMBA_CPU_FEATURES", "+avx")
+    else:
+        monkeypatch.setitem(sys.modules, "numba", numba)
+    assert chosen(wheel) == ({"NUMBA_CPU_FEATURES": "+avx"} if reason == "user" else {})
+
+
+def test_the_flags_of_this_processor_are_read():
+    if sys.platform == "linux" and os.uname().machine == "x86_64":
+        assert "sse2" in kernel_folder._flags()
 
 
 def test_the_package_chooses_before_numba_is_imported():

@@ -71,7 +71,7 @@ def test_the_workflow_of_luxloop_runs_the_targets_of_the_ci_script_under_every_p
     targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)[1].split()
     typed = re.findall(r"^make (\w+)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), re.MULTILINE)
     matrix = job["strategy"]["matrix"]
-    assert typed == ["demo", *matrix["target"]] == ["demo", "check", "test", "slow", "catalog"]
+    assert typed == ["demo", *matrix["target"]] == ["demo", "check", "test", "slow", "catalog", "wheel"]
     assert set(typed) <= set(targets)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert [f"Programming Language :: Python :: {python}" for python in matrix["python"]] == [

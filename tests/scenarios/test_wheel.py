@@ -13,6 +13,10 @@ import pytest
 from support.installed import FOLDERS, INSTALLED, copy_kernels, run_checked
 from support.paths import EXAMPLES, ROOT
 
+from luxloop import kernel_folder
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.run import run_folder
+
 pytestmark = pytest.mark.slow
 
 MINE = """\
@@ -38,7 +42,13 @@ def wheel_of(source: Path, folder: Path) -> Path:
 @pytest.fixture(scope="module")
 def binaries(wheel, tmp_path_factory):
     """Programs of a new virtual environment: the wheel, and the installed packages without the editable checkout."""
-    folder = tmp_path_factory.mktemp("venv")
+    here = installed(wheel, tmp_path_factory.mktemp("venv"))
+    copy_kernels(here)
+    return here.parents[2] / "bin"
+
+
+def installed(wheel: Path, folder: Path) -> Path:
+    """Install a wheel in a new virtual environment, and return the folder of its packages."""
     venv.create(folder, with_pip=False)
     python = folder / "bin" / "python"
     (here,) = folder.glob("lib/python*/site-packages")
@@ -46,10 +56,9 @@ def binaries(wheel, tmp_path_factory):
     run_checked([sys.executable, "-m", "pip", "--python", str(python), "install", "--no-deps", str(wheel)], folder)
     metadata = f"{wheel.name.partition('-py3')[0]}.dist-info"
     assert {path.name for path in here.iterdir()} == {"luxloop", metadata}
-    copy_kernels(here)
     # A folder that is named in a .pth file is searched last, and .pth files in it are not read.
     (here / "installed.pth").write_text(INSTALLED.replace(":", "\n") + "\n", encoding="utf-8")
-    return python.parent
+    return here
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +98,32 @@ def test_a_wheel_of_the_source_archive_has_the_same_files(wheel, tmp_path):
     assert set(first.namelist()) == set(second.namelist())
     own = [name for name in first.namelist() if name.startswith("luxloop/")]
     assert all(first.read(name) == second.read(name) for name in own)
+
+
+RUN = ["run", "ring", "--duration", "2", "--no-recording", "--no-ahead", "--out", "ran"]
+COUNTED = f"""\
+from luxloop.scenarios.cli import main
+from luxloop.scenarios.run.warm_up import compilation_reported
+compiled = []
+with compilation_reported(compiled.append):
+    main({RUN})
+print(len(compiled), "compiled")
+"""
+
+
+@pytest.mark.skipif(not kernel_folder._flags() >= kernel_folder.FLAGS, reason="an older processor")
+def test_a_wheel_with_kernels_runs_without_compiling_and_gives_the_same_trace(wheel, tmp_path, monkeypatch):
+    with_kernels = Path(shutil.copy(wheel, tmp_path))
+    run_checked([sys.executable, str(ROOT / ".ci" / "wheel_kernels.py"), str(with_kernels)], ROOT, PYTHONPATH=str(ROOT))
+    with zipfile.ZipFile(with_kernels) as packed:
+        (record,) = [name for name in packed.namelist() if name.endswith(".dist-info/RECORD")]
+        assert [line.split(",")[0] for line in packed.read(record).decode().splitlines()] == packed.namelist()
+    here = installed(with_kernels, tmp_path / "venv")
+    said = run_checked([str(here.parents[2] / "bin" / "python"), "-c", COUNTED], tmp_path)
+    assert said.endswith("\n0 compiled\n")
+    monkeypatch.chdir(tmp_path)
+    main([*RUN[:-1], "checkout"])
+    assert run_folder.read(Path("ran")).trace_hash == run_folder.read(Path("checkout")).trace_hash
 
 
 def test_the_commands_run_outside_the_checkout(binaries, folder):
