@@ -1,13 +1,15 @@
 """pytest on a folder of scenarios: messages, JUnit file, run folders, and equal results on all workers."""
 
+import json
 import re
 import shlex
+import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from support import short_run, warm_process
+from support import made_once, short_run, warm_process
 from support.few import few
 
 from luxloop.scenarios.cli import main
@@ -64,6 +66,9 @@ class Blind(Tracker):
 """
 
 
+JUNIT = "junit.xml"
+
+
 class Session(NamedTuple):
     """Results of a pytest session."""
 
@@ -75,11 +80,15 @@ class Session(NamedTuple):
 
 def session(folder: Path, *arguments: str) -> Session:
     """Run pytest in a process of its own, in a folder that is its root."""
-    junit = folder / "junit.xml"
-    run = warm_process.run("pytest", "-p", "no:cacheprovider", f"--junitxml={junit}", *arguments, cwd=folder)
+    run = warm_process.run("pytest", "-p", "no:cacheprovider", f"--junitxml={folder / JUNIT}", *arguments, cwd=folder)
+    return Session(run.returncode, run.stdout + run.stderr, cases_in(folder))
+
+
+def cases_in(folder: Path) -> dict[str, ET.Element]:
+    """Return the test cases of the last session in a folder."""
+    junit = folder / JUNIT
     cases = ET.parse(junit).getroot().iter("testcase") if junit.exists() else ()
-    found = {f"{case.get('classname')}/{case.get('name')}": case for case in cases}
-    return Session(run.returncode, run.stdout + run.stderr, found)
+    return {f"{case.get('classname')}/{case.get('name')}": case for case in cases}
 
 
 def traces(session: Session) -> dict[str, str | None]:
@@ -102,12 +111,17 @@ def write_suite(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    return write_suite(tmp_path_factory.mktemp("suite"))
+    return made_once.folder(tmp_path_factory, "suite", run_suite)
+
+
+def run_suite(folder):
+    run = session(write_suite(folder), "-rxX")
+    (folder / "session.json").write_text(json.dumps([run.code, run.out]))
 
 
 @pytest.fixture(scope="module")
 def suite(folder):
-    return session(folder, "-rxX")
+    return Session(*json.loads((folder / "session.json").read_text()), cases_in(folder))
 
 
 def test_every_scenario_is_a_case_with_its_outcome(suite):
@@ -145,9 +159,9 @@ def test_a_failure_names_metric_value_limit_need_and_worst_frames(suite, folder)
     assert text in suite.out
 
 
-def test_the_commands_of_a_failure_run(suite, folder, monkeypatch, capfd):
+def test_the_commands_of_a_failure_run(suite, folder, tmp_path, monkeypatch, capfd):
     """The first repeats the run with a recording, the second shows that recording."""
-    monkeypatch.chdir(folder)
+    monkeypatch.chdir(shutil.copytree(folder, tmp_path / "copy"))
     text = suite.cases["fails.toml/fails-seed4"].find("failure").text
     again, view = [shlex.split(line) for line in re.findall(r"^    (luxloop .*)$", text, re.MULTILINE)]
     before = run_folder.read(Path("runs/fails-seed4"))
@@ -221,14 +235,14 @@ def test_another_tracker_on_two_seeds_and_the_first_failure_ends_it(tmp_path):
         pytest.param(["unit.toml"], {"unit.toml::unit-seed1"}, marks=pytest.mark.slow),
     ],
 )
-def test_markers_options_and_names_select_the_tests(folder, arguments, chosen):
-    run = session(folder, "--collect-only", "-q", *arguments)
+def test_markers_options_and_names_select_the_tests(tmp_path, arguments, chosen):
+    run = session(write_suite(tmp_path), "--collect-only", "-q", *arguments)
     assert {line for line in run.out.splitlines() if "::" in line} == chosen
 
 
 @pytest.mark.parametrize("count", few(["0", "-1", "some"], "0"))
-def test_a_suite_without_seeds_is_refused(folder, count):
-    run = session(folder, "--luxloop-seeds", count)
+def test_a_suite_without_seeds_is_refused(tmp_path, count):
+    run = session(write_suite(tmp_path), "--luxloop-seeds", count)
     assert run.code == pytest.ExitCode.USAGE_ERROR
     assert f"'{count}' should be a whole number, 1 or more" in run.out
 

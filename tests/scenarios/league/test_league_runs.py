@@ -13,7 +13,7 @@ from support.optional import need
 
 need("league")
 
-from support import league_scenes
+from support import league_scenes, made_once
 from support.paths import ROOT
 
 from luxloop.scenarios.cli import main
@@ -35,9 +35,16 @@ SEED = 3
 @pytest.fixture(scope="module")
 def league(tmp_path_factory):
     """Folder of a league, its scenarios, and its exit code."""
-    folder = tmp_path_factory.mktemp("league")
-    scenarios = league_scenes.write(folder)
-    return folder / "out", scenarios, run(scenarios, folder / "out")
+    folder = made_once.folder(tmp_path_factory, "league", run_league)
+    return (
+        folder / "out",
+        [str(folder / f"{name}.toml") for name in ("left", "right")],
+        int((folder / "code").read_text()),
+    )
+
+
+def run_league(folder):
+    (folder / "code").write_text(str(run(league_scenes.write(folder), folder / "out")))
 
 
 def run(scenarios, out, *options):
@@ -108,8 +115,8 @@ def test_blame_is_named_exactly_where_another_tracker_has_the_highest_hota(leagu
 
 
 @pytest.mark.slow
-def test_a_second_start_takes_up_finished_runs_and_runs_only_what_is_missing(league):
-    out, scenarios, _ = league
+def test_a_second_start_takes_up_finished_runs_and_runs_only_what_is_missing(league, tmp_path):
+    out, scenarios = shutil.copytree(league[0], tmp_path / "out"), league[1]
     before, folders = rows_in(out), times_of(out / "runs")
     missing = next(key for key, row in before.items() if (row["tracker"], row["scenario"]) == ("norfair", "left"))
     remove(out, missing)
