@@ -11,6 +11,8 @@ import pytest
 from hypothesis import is_hypothesis_test, settings
 from support.real_data import VARIABLE
 
+from luxloop.sim.rare_collection import YOUNG
+
 # Shells start background jobs with SIGINT ignored, which all their children inherit; tests press Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -53,14 +55,15 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection() -> Generator[None, object, object]:
     """Collect no garbage while tests are collected, and leave their half a million objects out of later collections.
 
-    They live until the end; searching them for garbage takes 8 % of the time of the tests.
+    They live until the end; searching them for garbage takes 8 % of the time of the tests. Later collections are as
+    rare as in luxloop's own processes: Hypothesis makes each slower.
     """
     gc.disable()
     try:
         return (yield)
     finally:
-        gc.collect()
         gc.freeze()
+        gc.set_threshold(YOUNG)
         gc.enable()
 
 
