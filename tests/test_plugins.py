@@ -120,6 +120,7 @@ def test_a_defective_plugin_is_named_in_one_line_and_stops_no_other_command(defe
     assert (listed.code, listed.error) == (0, "")
 
 
+@pytest.mark.slow
 def test_a_name_that_is_registered_twice_is_refused(tmp_path):
     names = {"luxloop.traffic": {"sumo": "second:X"}, "luxloop.formats": {"kitti": "second"}}
     plugin_package.write(tmp_path, "second", names)

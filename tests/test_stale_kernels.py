@@ -1,5 +1,6 @@
 """Kernels in numba's cache do not outlive a change of a kernel or a constant in another file that they use."""
 
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -62,6 +63,27 @@ def result_of(toy, **environment):
     return int(value), hits == "1"
 
 
+def test_a_change_in_another_file_changes_the_stamp_of_its_callers(toy):
+    """Without compiling: `kernel` gives this stamp to numba."""
+    spec = importlib.util.spec_from_file_location("toy.compiled", toy / "compiled.py")
+    compiled = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(compiled)
+    caller, stamps = str(toy / "kernels/caller.py"), []
+    for name, text in (
+        ("unrelated.py", "X = 1\n"),
+        ("kernels/callee.py", CALLEE.format(value=4)),
+        ("limits.py", "LIMIT = 2\n"),
+        ("unrelated.py", "X = 2\n"),
+    ):
+        (toy / name).write_text(text)
+        for cached in (compiled._stamp, compiled._sources, compiled._path, compiled._text):
+            cached.cache_clear()
+        stamps.append(compiled._stamp(caller))
+    assert len({*stamps}) == 3
+    assert stamps[2] == stamps[3]
+
+
+@pytest.mark.slow
 def test_a_change_in_another_file_compiles_the_callers_again(toy):
     assert result_of(toy) == (30, False)
     assert result_of(toy) == (30, True)

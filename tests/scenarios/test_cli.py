@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from support import short_run, warm_process
 from support.breaking_traffic import break_at
+from support.few import few
 from support.processes import children_of, is_dead, until
 
 from luxloop.scenarios.cli import main
@@ -438,6 +439,7 @@ def test_a_signal_of_a_terminal_ends_run_and_simulator_with_one_line(number, cod
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_simulator_of_a_killed_run_ends_and_no_result_is_left(tmp_path):
     with running("sumo-crossing", "--duration", "600", "--out", "here") as run:
         (simulator,) = children_of(run.pid)
@@ -462,7 +464,7 @@ def test_list_imports_no_slow_package():
     assert heavy.isdisjoint(out.splitlines()[-1].split())
 
 
-@pytest.mark.parametrize("scenario", ["sumo-crosing", "missing.toml", "broken.toml"])
+@pytest.mark.parametrize("scenario", few(["sumo-crosing", "missing.toml", "broken.toml"], "sumo-crosing"))
 def test_a_misspelt_scenario_is_reported_before_slow_packages_are_imported(scenario, tmp_path):
     (tmp_path / "broken.toml").write_text("duration_s = \n")
     code = (

@@ -326,6 +326,7 @@ print(result.config["device"], result.trace_hash)
 """
 
 
+@pytest.mark.slow
 def test_a_script_without_a_guard_runs_its_own_class_beside_a_worker_process(folder):
     (folder / "script.py").write_text(SCRIPT)
     done = subprocess.run([sys.executable, "script.py"], capture_output=True, text=True, check=True)

@@ -50,7 +50,7 @@ def motion(source, seed, duration_s):
 TURNS_AT_ITS_LIMIT = pytest.mark.xfail(reason="0.062 > 0.05 rad/s in one frame, a pedestrian", strict=True)
 
 
-QUICK = ("bus-stop", "cruise-on-tracks", "replayed-crossing", "sumo-crossing")
+QUICK = ("bus-stop", "cruise-on-tracks", "replayed-crossing")
 """Scenarios of `make test`, of every simulator but highway-env, whose limits tests/sim/highway checks."""
 
 

@@ -15,7 +15,7 @@ from support.optional import need
 
 FAST, SLOW = 3, 6
 """Mutations of some kinds in `make test`, and of each kind in `make slow`: a refused run starts its traffic anew."""
-QUICK = ("scenario", "rig", "csv", "tracks", "arguments")
+QUICK = ("scenario", "tracks")
 """Kinds of `make test`."""
 MOST_MB = 1024.0
 MOST_S = 20.0
@@ -112,7 +112,8 @@ VALID = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", few(["csv", "fcd", "parquet", "sumo"], "csv"))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["csv", "fcd", "parquet", "sumo"])
 def test_a_small_file_that_expands_to_gigabytes_is_refused(name):
     """In a process of its own, whose memory is measured."""
     found = run_child(f"bomb-{name}", 0, 1)

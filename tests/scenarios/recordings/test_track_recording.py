@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from support import recorded_drive as drive
 from support.compiling_tracker import SPEC
+from support.few import few
 
 from luxloop.scenarios.cli import main
 from luxloop.scenarios.run import progress, run_folder
@@ -102,7 +103,7 @@ def test_a_limit_that_fails_is_on_the_first_screen_and_in_the_report(recording, 
     assert report.startswith("FAILED: 1 of 2 expectations hold, 1 failed; 1 confirmed track")
 
 
-@pytest.mark.parametrize("command", ["track", "grade"])
+@pytest.mark.parametrize("command", few(["track", "grade"], "track"))
 def test_a_log_names_the_compilation_of_kernels(command, recording, tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(progress, "SILENCE_S", 0.01)
     assert main([command, str(recording), "--tracker", SPEC, "--out", str(tmp_path / "out"), "--json"]) == 0

@@ -8,6 +8,7 @@ import pytest
 from support import bad_input_files as valid
 from support import bad_traffic_files, warm_process
 from support.bad_input import write
+from support.few import few
 from support.optional import need_for
 from support.processes import files_of
 from support.small_disk import small_disk
@@ -25,7 +26,7 @@ COMMANDS = {
     "track": "track rec --out disk/out",
     "sweep": "sweep study.toml --workers 1 --out disk/out",
 }
-SIZES_KB = (4, 8, 16, 32, 64, 128, 256)
+SIZES_KB = few((4, 8, 16, 32, 64, 128, 256), 8, 64)
 RESUMED = ("sweep",)
 """Commands whose folder stays, to continue in it."""
 FAST = ("run", "baseline", "import")

@@ -38,7 +38,7 @@ def _in_a_folder_of_its_own(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("scenario", "phases"),
     [
-        ("short.toml", ["writes"]),
+        pytest.param("short.toml", ["writes"], marks=pytest.mark.slow),
         pytest.param("short.toml", [*PHASES] * MOMENTS, marks=pytest.mark.slow),
         pytest.param("sumo-crossing", [*PHASES] * MOMENTS, marks=pytest.mark.slow),
     ],

@@ -65,6 +65,7 @@ def test_a_worker_that_restarts_slowly_executes_the_runs(tmp_path: Path):
         assert sum(len(batch) for batch in dask_runs.rows_of(client, short_runs(tmp_path), 8)) == 8
 
 
+@pytest.mark.slow
 def test_workers_that_cannot_be_started_again_end_the_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(dask_runs, "WATCH_S", 0.1)
     with pytest.raises(StudyError, match="all worker processes ended and could not be started again"):
