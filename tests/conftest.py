@@ -13,8 +13,9 @@ from support.real_data import VARIABLE
 
 from luxloop.sim.rare_collection import YOUNG
 
-# Shells start background jobs with SIGINT ignored, which all their children inherit; tests press Ctrl-C.
+# Shells start background jobs with SIGINT ignored, nohup with SIGHUP; all children inherit that, and tests send both.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # The same examples in each run, at any speed of the machine. To search for others: --hypothesis-profile=default.
 # `make slow` runs the properties again, with more examples.
