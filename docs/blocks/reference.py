@@ -7,9 +7,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from blocks import stamps
 from blocks.markdown import markdown
 
 from luxloop.scenarios.files import shipped as listing
+from luxloop.scenarios.files.expect import cause_of
 from luxloop.scenarios.files.scenario import Scenario
 from luxloop.scenarios.study.study_file import Study
 
@@ -49,14 +51,15 @@ def scenarios(name: str) -> str:
 
 
 def known_failures(_name: str) -> str:
-    """Return the table of the expectations that are known to fail, with causes."""
+    """Return the table of the expectations that are known to fail, with the values of the baseline and causes."""
+    today = stamps.expected_values()
     rows = (
-        (f"`{scenario.name}`", f"`{metric}` {limit}", limit.known_failure)
+        (f"`{scenario.name}`", f"`{metric}` {limit}", f"{today[scenario.name][metric]:.3g}", cause_of(limit.known_failure))
         for scenario in shipped()
         for metric, limit in scenario.expect.items()
         if limit.known_failure
     )
-    return markdown(("scenario", "expectation", "why it fails"), rows)
+    return markdown(("scenario", "expectation", "today", "why it fails"), rows)
 
 
 def printed(name: str) -> str:

@@ -6,6 +6,7 @@ import re
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 BASELINE = Path(__file__).parents[2] / "scenarios" / "baseline" / "catalog.jsonl"
 CATALOG = "catalog"
@@ -13,10 +14,22 @@ CATALOG = "catalog"
 
 
 @cache
+def baseline() -> list[dict[str, Any]]:
+    """Return the runs of the baseline: each scenario of the catalog with its own seed."""
+    return [json.loads(line) for line in BASELINE.read_text(encoding="utf-8").splitlines()[1:]]
+
+
+@cache
 def trace_hashes() -> dict[str, str]:
-    """Return the trace hash of each scenario of the catalog with its own seed, from the baseline."""
-    lines = BASELINE.read_text(encoding="utf-8").splitlines()[1:]
-    return {run["scenario"]: run["trace_hash"] for run in map(json.loads, lines)}
+    """Return the trace hash of each scenario of the catalog."""
+    return {run["scenario"]: run["trace_hash"] for run in baseline()}
+
+
+def expected_values() -> dict[str, dict[str, float]]:
+    """Return the values of the expected metrics of each scenario."""
+    return {
+        run["scenario"]: {metric: found["value"] for metric, found in run["expectations"].items()} for run in baseline()
+    }
 
 
 def runs(names: tuple[str, ...]) -> str:
