@@ -54,7 +54,12 @@ def known_failures(_name: str) -> str:
     """Return the table of the expectations that are known to fail, with the values of the baseline and causes."""
     today = stamps.expected_values()
     rows = (
-        (f"`{scenario.name}`", f"`{metric}` {limit}", f"{today[scenario.name][metric]:.3g}", cause_of(limit.known_failure))
+        (
+            f"`{scenario.name}`",
+            f"`{metric}` {limit}",
+            f"{today[scenario.name][metric]:.3g}",
+            cause_of(limit.known_failure),
+        )
         for scenario in shipped()
         for metric, limit in scenario.expect.items()
         if limit.known_failure
