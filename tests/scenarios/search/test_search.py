@@ -33,7 +33,23 @@ def sound(config):
     return Perfect()
 
 
-device.TRACKERS.core["sound"] = sound
+class InterruptedOnce:
+    """A sound tracker that is interrupted in the third run: each run makes two trackers, one to warm up."""
+
+    made = 0
+
+    def __new__(cls, config):
+        InterruptedOnce.made += 1
+        if InterruptedOnce.made == 5:
+            signal.raise_signal(signal.SIGINT)  # Ctrl-C; a KeyboardInterrupt would be the tracker's own fault
+        return sound(config)
+
+
+@pytest.fixture(autouse=True)
+def named_trackers(monkeypatch):
+    """Register both under short names, for the tests of this file only."""
+    monkeypatch.setitem(device.TRACKERS.core, "sound", sound)
+    monkeypatch.setitem(device.TRACKERS.core, "interrupted-once", InterruptedOnce)
 
 
 def changed(folder: Path, old: str, new: str) -> Path:
@@ -134,21 +150,6 @@ def test_the_table_has_a_row_per_evaluated_scenario_in_their_order(found_in):
     assert table["index"].tolist() == list(range(len(table)))
     assert table["trace_hash"].tolist() == list(stored(found_in).values())
     assert table["track.id_switches"].max() > 0
-
-
-class InterruptedOnce:
-    """A sound tracker that is interrupted in the third run: each run makes two trackers, one to warm up."""
-
-    made = 0
-
-    def __new__(cls, config):
-        InterruptedOnce.made += 1
-        if InterruptedOnce.made == 5:
-            signal.raise_signal(signal.SIGINT)  # Ctrl-C; a KeyboardInterrupt would be the tracker's own fault
-        return sound(config)
-
-
-device.TRACKERS.core["interrupted-once"] = InterruptedOnce
 
 
 def test_ctrl_c_reports_the_number_of_evaluations_and_the_next_start_reuses_them(tmp_path, capfd):
