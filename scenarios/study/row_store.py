@@ -125,7 +125,7 @@ class RowStore:
         new = not folder.exists()
         with _locked(folder):
             _refuse_former(folder)
-            with closing(_connect(folder)) as database:
+            with _connected(folder) as database:
                 rows = cls(folder, database)
                 rows.check_columns(columns)
                 try:
@@ -231,14 +231,17 @@ def file_system(folder: Path) -> str:
     return ""
 
 
-def _connect(folder: Path) -> sqlite3.Connection:
+@contextmanager
+def _connected(folder: Path) -> Iterator[sqlite3.Connection]:
+    """Open the SQLite file of a folder, and close it, also one that is damaged."""
     with _as_output_error(folder):
         database = sqlite3.connect(folder / ROWS, timeout=PATIENCE_S)
-        database.execute(f"PRAGMA journal_mode = {journal_mode(folder)}")
-        database.execute("PRAGMA synchronous = FULL")
-        with database:
+    with closing(database):
+        with _as_output_error(folder), database:
+            database.execute(f"PRAGMA journal_mode = {journal_mode(folder)}")
+            database.execute("PRAGMA synchronous = FULL")
             database.execute("CREATE TABLE IF NOT EXISTS runs (key TEXT PRIMARY KEY, facts TEXT, metrics TEXT)")
-        return database
+        yield database
 
 
 def _columns(facts: Sequence[RunRow], metrics: Sequence[str], schema: pa.Schema) -> pa.Table:

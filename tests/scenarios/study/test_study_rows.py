@@ -196,6 +196,18 @@ def test_a_file_that_is_not_sqlite_is_named_and_left_as_it_is(tmp_path: Path):
     assert (tmp_path / "runs.sqlite").read_bytes().startswith(b"something else")
 
 
+def test_a_file_that_is_refused_is_closed(tmp_path: Path, monkeypatch):
+    opened, connect = [], sqlite3.connect
+    monkeypatch.setattr(
+        sqlite3, "connect", lambda *args, **options: opened.append(connect(*args, **options)) or opened[0]
+    )
+    (tmp_path / "runs.sqlite").write_bytes(b"something else" * 100)
+    with pytest.raises(OutputError), RowStore.opened(tmp_path):
+        pass
+    with pytest.raises(sqlite3.ProgrammingError, match="closed database"):
+        opened[0].execute("SELECT 1")
+
+
 def test_a_table_of_another_program_is_refused(tmp_path: Path):
     with sqlite3.connect(tmp_path / "runs.sqlite") as other:
         other.execute("CREATE TABLE runs (key TEXT, name TEXT)")
