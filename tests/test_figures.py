@@ -34,7 +34,7 @@ def faults(page):
 def test_a_block_is_written_with_command_stamp_and_claims_and_others_stay(page):
     made, other = parts(page)
     assert (made.command, made.text, made.claims) == ("luxloop blame sumo-crossing", TABLE, (CLAIM,))
-    assert stamps.trace_hashes()["sumo-crossing"] in made.stamp
+    assert stamps.baseline()["sumo-crossing"].trace_hash in made.stamp
     assert other.text == "old"
     assert page.read_text().endswith("<!-- end -->\nProse.\n<!-- stages -->\nold\n<!-- end -->\n")
     assert faults(page) == []
@@ -47,7 +47,7 @@ def test_a_figure_that_was_changed_by_hand_is_found(page):
 
 
 def test_a_trace_hash_that_is_not_of_the_baseline_is_found(page):
-    page.write_text(page.read_text().replace(stamps.trace_hashes()["sumo-crossing"], 32 * "0"))
+    page.write_text(page.read_text().replace(stamps.baseline()["sumo-crossing"].trace_hash, 32 * "0"))
     (fault,) = faults(page)
     assert "shows runs that are not of sumo-crossing" in fault
 
@@ -92,7 +92,7 @@ def baseline_run(tmp_path, monkeypatch):
     """A run of `ring` with the trace hash of the baseline, and the commands that are executed."""
     folder, executed = tmp_path / "ring-seed1", []
     folder.mkdir()
-    (folder / "result.json").write_text(json.dumps({"trace_hash": stamps.trace_hashes()["ring"]}))
+    (folder / "result.json").write_text(json.dumps({"trace_hash": stamps.baseline()["ring"].trace_hash}))
     monkeypatch.setattr(commands, "RUNS", tmp_path)
     monkeypatch.setattr(commands, "output", executed.append)
     return folder, executed

@@ -8,7 +8,7 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from blocks.stamps import trace_hashes
+from blocks.stamps import baseline
 
 ROOT = Path(__file__).parents[2]
 RUNS, SWEEPS = ROOT / "runs", ROOT / "sweeps"
@@ -54,7 +54,7 @@ def run(name: str, *, recording: bool = False) -> Path:
 def of_baseline(name: str) -> bool:
     """Return whether the run of a shipped scenario is there and has the trace hash of the baseline."""
     path = RUNS / f"{name}-seed1" / "result.json"
-    return path.is_file() and json.loads(path.read_text(encoding="utf-8"))["trace_hash"] == trace_hashes()[name]
+    return path.is_file() and json.loads(path.read_text(encoding="utf-8"))["trace_hash"] == baseline()[name].trace_hash
 
 
 def real(name: str) -> Path:

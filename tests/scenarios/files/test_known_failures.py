@@ -1,12 +1,12 @@
 """Known failures belong to a tracker and carry a range: worse fails, inside is expected, better asks for removal."""
 
-import json
 import math
 
 import pytest
 from support import short_run
 from support.paths import CATALOG
 
+from luxloop.scenarios.compare import baseline_file
 from luxloop.scenarios.files import shipped
 from luxloop.scenarios.files.expect import SHIPPED, Check, Limit, check, figure_of, tolerance, verdict, worst_values
 from luxloop.scenarios.files.scenario import Scenario
@@ -14,11 +14,7 @@ from luxloop.scenarios.result import Metric
 from luxloop.scenarios.run import device
 
 DEG, COUNT, SHARE = "deg", "count", "1"
-BASELINE = {
-    run["scenario"]: run["expectations"]
-    for run in map(json.loads, (CATALOG.parent / "baseline" / "catalog.jsonl").read_text("utf-8").splitlines()[1:])
-}
-"""Values of the expected metrics today, by scenario."""
+BASELINE = {run.scenario: run for run in baseline_file.read(CATALOG.parent / "baseline" / "catalog.jsonl")}
 
 
 def outcome(value, text="2.0: bowed faces", unit=DEG, device=SHIPPED, **limit):
@@ -135,7 +131,7 @@ def test_known_failures_of_the_catalog_have_a_figure(name):
     assert scenario.path.resolve().is_relative_to(CATALOG)
     for metric, limit in scenario.expect.items():
         if limit.known_failure:
-            figure, value = figure_of(limit.known_failure), BASELINE[name][metric]["value"]
+            figure, value = figure_of(limit.known_failure), BASELINE[name].expectations[metric].value
             assert figure is not None, metric
             above = limit.max is not None and value > limit.max
             loss = figure - value if above else value - figure
